@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use kanagata::run::lock::{Attempt, file_in, take};
 use serde_json::{Value, json};
 use strip::scene_in;
 
@@ -51,6 +52,18 @@ fn zero_one_two_and_three() {
         scene["solver"] = json!({"iterations": 5});
     });
     assert_eq!(three, Some(3), "{said}");
+}
+
+#[test]
+fn two_for_a_folder_that_another_process_works_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    fs::create_dir(&out).unwrap();
+    let Attempt::Acquired(_lock) = take(&file_in(&out)).unwrap() else { panic!("a folder of our own") };
+    let file = scene(folder.path(), |_| {});
+    let done = solve(&["run", file.to_str().unwrap(), "-q", "-o", "out"], folder.path());
+    let said = String::from_utf8_lossy(&done.stderr);
+    assert!(done.status.code() == Some(2) && said.contains("works in this folder"), "{said}");
 }
 
 #[test]

@@ -280,7 +280,7 @@ mod processes {
         at_work(&bends, 0);
         assert!(bends.at("out/manifest.json").exists(), "written before the first case begins");
         let (code, _, errors) = bends.study(&[]);
-        assert!(code == 4 && errors.contains("works in this folder"), "{errors}");
+        assert!(code == 2 && errors.contains("works in this folder"), "{errors}");
         let (begun, seen) = (begun_at(&bends), Instant::now());
         signal(study.id(), "-TERM");
         assert_eq!(study.wait().unwrap().code(), Some(5));

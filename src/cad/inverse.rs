@@ -71,7 +71,7 @@ impl Native<'_> {
                 // Both nappes: beyond the apex the radius is negative and the angle opposite.
                 let r = l.x.hypot(l.y);
                 let off = |r: f64| (r - radius - l.z * t).abs();
-                let beyond = off(-r) < off(r) - 1e-9 * (radius + r);
+                let beyond = off(-r) < off(r) - 1e-9 * (radius.abs() + r);
                 let (r, half) = if beyond { (-r, PI) } else { (r, 0.0) };
                 // Foot point on the generator in the half plane of the point.
                 let v = ((r - radius) * t + l.z) / (1.0 + t * t);

@@ -110,7 +110,11 @@ fn offset_radius(radius: f64, distance: f64) -> Result<f64, String> {
     }
 }
 
-/// Offset of a cone by `distance` [mm]; its frame moves along the axis.
+/// Offset of a cone by `distance` [mm] to its outside, with its parameters; its frame moves along the axis by
+/// `-distance sin a`.
+///
+/// The radius at v = 0 becomes `radius + distance cos a`. It may be negative: the apex then lies on the other side of v = 0,
+/// and the surface is the offset wherever `radius + distance cos a + v tan a > 0`.
 fn offset_cone(mut frame: Frame, radius: f64, semi_angle: f64, distance: f64) -> RawSurface {
     let (sin, cos) = semi_angle.sin_cos();
     frame.origin -= frame.z * (distance * sin);
@@ -335,5 +339,25 @@ mod tests {
         assert!((found - (base + normal * 2.0)).norm() < 1e-12);
         let ball = RawSurface::Sphere { frame: Frame::world(), radius: 1.0 };
         assert!(offset(&ball, -1.0, 1e-9, &mut FREE.clone()).is_err());
+    }
+
+    /// Inwards by more than the radius at v = 0: the apex moves past v = 0, and the cone beyond it stays the offset.
+    #[test]
+    fn a_cone_offset_past_its_reference_circle_is_the_offset_beyond_the_apex() {
+        for radius in [0.0, 1.0] {
+            let (semi_angle, distance) = (0.4f64, -2.0);
+            let cone = RawSurface::Cone { frame: Frame::world(), radius, semi_angle };
+            let found = offset(&cone, distance, 1e-9, &mut FREE.clone()).unwrap();
+            let native = crate::cad::native::Native::new(&found);
+            for (u, v) in [(0.0, 5.0), (1.0, 6.0), (-2.0, 40.0)] {
+                let around = Vec3::new(f64::cos(u), f64::sin(u), 0.0);
+                let base = around * (radius + v * semi_angle.tan()) + Vec3::z() * v;
+                let normal = around * semi_angle.cos() - Vec3::z() * semi_angle.sin();
+                let expected = base + normal * distance;
+                assert!((native.point(Vec2::new(u, v)) - expected).norm() < 1e-12, "{u} {v}");
+                let back = native.inverse(&expected, None);
+                assert!((back - Vec2::new(u, v)).norm() < 1e-12, "{back}");
+            }
+        }
     }
 }

@@ -8,6 +8,7 @@ use super::doubts::options;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::remedy::remedy;
 use super::terminal::{out, out_json};
+use crate::report::digits::four_digits;
 use crate::report::doubt::DoubtCode;
 use crate::run::advice::holder::{Holder, holders};
 use crate::run::advice::{Finding, Level, advice, sort};
@@ -235,7 +236,7 @@ fn print_output(plan: &Plan, check: &Check, output: &Output<'_>) {
             "  pressure   {} {:.2} MPa ({} N on {:.0} mm2)",
             holder.tool,
             holder.pressure_mpa,
-            holder.force_n,
+            four_digits(holder.force_n),
             holder.clamped_mm2
         );
     }
@@ -272,11 +273,11 @@ fn print_loads(plan: &Plan, on_nodes: &[f64]) {
     let share = plan.symmetry_factor();
     let of = |force: [f64; 3]| {
         let text_of = |[x, y, z]: [f64; 3]| format!("({x}, {y}, {z}) N");
-        let part = force.map(|f| f / share);
+        let [x, y, z] = force.map(|f| four_digits(f / share));
         if share == 1.0 {
             text_of(force)
         } else {
-            format!("{} ({} on the modelled part)", text_of(force), text_of(part))
+            format!("{} (({x}, {y}, {z}) N on the modelled part)", text_of(force))
         }
     };
     let forces: Vec<String> = plan.scene.loads.iter().map(|load| of(load.force_n)).collect();
@@ -295,7 +296,8 @@ fn print_stages(plan: &Plan) {
                 Drive::TravelMm(to) => format!("{tool} to {to} mm"),
                 Drive::AdvanceMm(by) => format!("{tool} by {by} mm"),
                 Drive::ForceN(n @ Course::End(end)) => {
-                    format!("{tool} {n} N ({} N on the modelled part)", end / share)
+                    let part = four_digits(end / share);
+                    format!("{tool} {n} N ({part} N on the modelled part)")
                 }
                 Drive::ForceN(n) => format!("{tool} {n} N"),
                 Drive::Spring(s) => format!(
@@ -305,7 +307,9 @@ fn print_stages(plan: &Plan) {
                 Drive::Release(_) => format!("{tool} released"),
                 Drive::Absent(_) => format!("{tool} away"),
             })
-            .chain(stage.load_share.map(|share| format!("loads to {} %", 100.0 * share)))
+            .chain(
+                stage.load_share.map(|share| format!("loads to {} %", four_digits(100.0 * share))),
+            )
             .collect();
         let drives = if drives.is_empty() {
             "tools keep their travel or their force".into()

@@ -14,7 +14,7 @@ pub enum Exit {
     Done = 0,
     /// 1: the result is doubtful, or a limit was exceeded (`audit --tol`, checks of a study).
     Limit = 1,
-    /// 2: bad usage or bad input.
+    /// 2: bad usage or bad input; also a folder that another process works in.
     Input = 2,
     /// 3: the solver did not converge.
     NoConvergence = 3,
@@ -103,5 +103,23 @@ pub fn finish(outcome: Result<Exit, Failure>) -> ExitCode {
             }
             ExitCode::from(failure.exit as u8)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::RunError;
+    use crate::study::StudyError;
+
+    #[test]
+    fn a_busy_folder_is_wrong_input() {
+        let run = RunError::Busy { folder: "out".into(), who: "process 1".into() };
+        let study = StudyError::Busy { folder: "out".into(), who: "process 1".into() };
+        assert_eq!([Failure::from(run).exit, Failure::from(study).exit], [Exit::Input; 2]);
+        let folder = || std::io::Error::from(std::io::ErrorKind::PermissionDenied);
+        let run = RunError::Folder { path: "out".into(), source: folder() };
+        let study = StudyError::Folder { path: "out".into(), source: folder() };
+        assert_eq!([Failure::from(run).exit, Failure::from(study).exit], [Exit::Io; 2]);
     }
 }

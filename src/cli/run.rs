@@ -58,9 +58,9 @@ impl From<RunError> for Failure {
         let exit = match &error {
             RunError::Scene(SceneError::Io { .. })
             | RunError::Write(_)
-            | RunError::Busy { .. }
             | RunError::Folder { .. } => Exit::Io,
             RunError::Scene(_)
+            | RunError::Busy { .. }
             | RunError::Checkpoint(_)
             | RunError::Refused { .. }
             | RunError::Foreign { .. }

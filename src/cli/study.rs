@@ -65,7 +65,8 @@ pub struct StudyArgs {
 
 impl From<StudyError> for Failure {
     fn from(error: StudyError) -> Self {
-        let exit = if matches!(error, StudyError::Value { .. }) { Exit::Input } else { Exit::Io };
+        let input = matches!(error, StudyError::Value { .. } | StudyError::Busy { .. });
+        let exit = if input { Exit::Input } else { Exit::Io };
         Self::new(exit, error)
     }
 }

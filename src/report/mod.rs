@@ -6,6 +6,7 @@ pub mod bars;
 #[cfg(feature = "pages")]
 pub mod charts;
 pub mod csv;
+pub mod digits;
 pub mod doubt;
 #[cfg(feature = "pages")]
 pub mod drawing;

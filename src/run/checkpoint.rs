@@ -46,7 +46,7 @@ fn files(folder: &Path) -> [PathBuf; 2] {
     ["checkpoint-0.bin", "checkpoint-1.bin"].map(|name| folder.join(name))
 }
 
-/// Writes checkpoint number `count` (from 0) of a run.
+/// Writes checkpoint number `count` of a run: even numbers replace the first file, odd ones the second.
 ///
 /// # Errors
 /// [`WriteError`] when the folder is missing or full; the previous checkpoint is unchanged.
@@ -80,12 +80,24 @@ fn has_completed(folder: &Path) -> bool {
     record.is_ok_and(|record| record.verdict.is_complete())
 }
 
-/// The newest complete checkpoint in a folder. Its inputs must be those of `plan`, and its program `program`.
+/// The newest complete checkpoint in a folder, and the number of the next one ([`write()`]), which replaces the other file.
+/// Its inputs must be those of `plan`, and its program `program`.
 ///
 /// # Errors
 /// [`CheckpointError`].
-pub fn read(folder: &Path, plan: &Plan, program: &str) -> Result<Checkpoint, CheckpointError> {
-    let mut checkpoint = newest_readable(folder)?;
+pub fn read(
+    folder: &Path,
+    plan: &Plan,
+    program: &str,
+) -> Result<(Checkpoint, usize), CheckpointError> {
+    let (file, mut checkpoint) = newest_readable(folder).map_err(|why| {
+        let folder = folder.to_path_buf();
+        if has_completed(&folder) {
+            CheckpointError::Completed { folder }
+        } else {
+            CheckpointError::None { folder, why }
+        }
+    })?;
     let RunFolder { record, history, .. } = &checkpoint.folder;
     if record.program != program {
         return Err(CheckpointError::Program {
@@ -101,34 +113,27 @@ pub fn read(folder: &Path, plan: &Plan, program: &str) -> Result<Checkpoint, Che
         return Err(CheckpointError::None { folder: folder.into(), why });
     }
     checkpoint.folder.path = folder.to_path_buf();
-    Ok(checkpoint)
+    Ok((checkpoint, file + 1))
 }
 
-/// The readable checkpoint with the most increments.
+/// The readable checkpoint with the most increments, the first of two equal ones, and which file it is.
 ///
 /// # Errors
-/// If there is none: [`CheckpointError::Completed`] or [`CheckpointError::None`].
-fn newest_readable(folder: &Path) -> Result<Checkpoint, CheckpointError> {
+/// The fault of each file if none can be read.
+fn newest_readable(folder: &Path) -> Result<(usize, Checkpoint), String> {
     let mut faults = Vec::new();
-    let mut found: Option<Checkpoint> = None;
+    let mut found: Option<(usize, Checkpoint)> = None;
     let increments = |one: &Checkpoint| one.folder.record.increments;
-    for file in files(folder) {
-        match read_one(&file) {
-            Ok(one) if found.as_ref().is_none_or(|f| increments(f) < increments(&one)) => {
-                found = Some(one);
+    for (k, file) in files(folder).iter().enumerate() {
+        match read_one(file) {
+            Ok(one) if found.as_ref().is_none_or(|(_, f)| increments(f) < increments(&one)) => {
+                found = Some((k, one));
             }
             Ok(_) => {}
             Err(why) => faults.push(why),
         }
     }
-    found.ok_or_else(|| {
-        let (folder, why) = (folder.to_path_buf(), faults.join(", "));
-        if has_completed(&folder) {
-            CheckpointError::Completed { folder }
-        } else {
-            CheckpointError::None { folder, why }
-        }
-    })
+    found.ok_or_else(|| faults.join(", "))
 }
 
 /// Compares the inputs of a run with those of the plan.
@@ -154,11 +159,10 @@ fn check_inputs(folder: &Path, record: &RunRecord, plan: &Plan) -> Result<(), Ch
 /// File and increment of the newest complete checkpoint in a folder.
 #[must_use]
 pub fn newest(folder: &Path) -> Option<(PathBuf, usize)> {
-    let whole = files(folder).into_iter().filter_map(|file| {
-        let increments = read_one(&file).ok()?.folder.record.increments;
-        Some((file, increments))
-    });
-    whole.max_by_key(|(_, increments)| *increments)
+    let (file, checkpoint) = newest_readable(folder).ok()?;
+    let [first, second] = files(folder);
+    let path = if file == 0 { first } else { second };
+    Some((path, checkpoint.folder.record.increments))
 }
 
 fn read_one(file: &Path) -> Result<Checkpoint, String> {
@@ -188,4 +192,79 @@ pub fn parse(bytes: &[u8]) -> Result<Checkpoint, String> {
     }
     state.material = bytes[second + 1..].to_vec();
     Ok(Checkpoint { folder, state })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::solver::assembly::Body;
+    use crate::solver::element::ElementKind;
+    use crate::solver::material::elastic::Elastic;
+    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::solver::{Constraints, Limits, Simulation, SimulationSetup};
+
+    /// The state of a block that nothing has moved.
+    fn state() -> SimulationState {
+        let mesh = rectangle(1.0, 1.0, 1.0, 1, 1, 1);
+        let mut constraints = Constraints::none(mesh.nodes.len());
+        (0..mesh.nodes.len()).for_each(|n| constraints.hold(n, 2));
+        let material = Arc::new(Elastic { young: 210_000.0, poisson: 0.3 });
+        let setup = SimulationSetup {
+            body: Body::new(mesh, ElementKind::Hex8, material).unwrap(),
+            constraints,
+            loads: Vec::new(),
+            tools: Vec::new(),
+            stages: Vec::new(),
+            limits: Limits::default(),
+            share: 1.0,
+        };
+        Simulation::new(setup).unwrap().state()
+    }
+
+    /// A run folder after so many increments.
+    fn run_folder(path: &Path, increments: usize) -> RunFolder {
+        let record = serde_json::json!({"format": "kanagata-run", "version": 2, "program": "p", "name": "n",
+            "verdict": "running", "increments": increments, "iterations": 0, "step_cuts": 0, "wall_s": 0.0,
+            "cpu_s": 0.0, "peak_mb": 0.0, "timings_s": {}, "threads": 1, "unknowns": 3,
+            "force_error": 0.0, "energy_error": 0.0, "penetration_mm": 0.0, "inputs": {}});
+        let history = crate::report::record::History { tools: Vec::new(), rows: Vec::new() };
+        serde_json::from_value(serde_json::json!({"path": path, "record": record, "history": history,
+            "steps": [], "vtu_every": 1, "planes": [], "last_stage": null, "force_scale": 0.0,
+            "iterations": [], "orders": [], "spent_s": [0.0, 0.0],
+            "springback": crate::run::springback::Springback::default(), "scene_doubts": [], "farthest": []}))
+        .unwrap()
+    }
+
+    #[test]
+    fn the_next_checkpoint_replaces_the_older_or_the_broken_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, state) = (folder.path(), state());
+        let save = |increments: usize, count: usize| {
+            write(&run_folder(path, increments), &state, count).unwrap();
+        };
+        let name = |k: usize| path.join(format!("checkpoint-{k}.bin"));
+        // Whether `newest` and `newest_readable` agree on file `k` with so many increments.
+        let is_newest = |k: usize, increments: usize| {
+            let (file, found) = newest_readable(path).unwrap();
+            newest(path) == Some((name(k), increments))
+                && (file, found.folder.record.increments) == (k, increments)
+        };
+        assert!(newest(path).is_none() && newest_readable(path).is_err());
+        save(1, 0);
+        save(2, 1);
+        assert!(is_newest(1, 2));
+        save(3, newest_readable(path).unwrap().0 + 1);
+        assert!(is_newest(0, 3), "the older file was replaced");
+        save(4, newest_readable(path).unwrap().0 + 1);
+        assert!(is_newest(1, 4));
+        // As many increments in both.
+        save(4, newest_readable(path).unwrap().0 + 1);
+        assert!(is_newest(0, 4));
+        fs::write(name(0), "cut off").unwrap();
+        assert!(is_newest(1, 4));
+        save(5, newest_readable(path).unwrap().0 + 1);
+        assert!(is_newest(0, 5));
+    }
 }

@@ -67,7 +67,7 @@ pub(super) fn replaced_results(
     let mut why = String::new();
     if matches!(record.verdict, Verdict::Running | Verdict::Stopped) {
         match checkpoint::read(folder, plan, PROGRAM) {
-            Ok(checkpoint) if !overwrite => {
+            Ok((checkpoint, _)) if !overwrite => {
                 let increment = checkpoint.folder.record.increments;
                 let restart = Restart::of(&record, scene, folder);
                 return Err(RunError::Unfinished { folder: folder.into(), increment, restart });

@@ -88,16 +88,16 @@ pub fn run(
     let section = options.stop.section();
     simulation.heed(options.stop.clone());
     let run = Run { plan, scene_path, output, options, guard, start };
-    let mut folder = if options.restart {
+    let (mut folder, next) = if options.restart {
         run.restored_folder(&mut simulation)?
     } else {
-        run.new_folder(&simulation)?
+        (run.new_folder(&simulation)?, 0)
     };
     folder.set_holders(&holders);
     folder.set_scene_doubts(findings.iter().filter_map(advice::Finding::as_doubt).collect());
     folder.set_excluded_patches(excluded_patches.into_iter());
     let ended = run
-        .advance_all(&mut simulation, &mut folder, watch)
+        .advance_all(&mut simulation, &mut folder, next, watch)
         .and_then(|outcome| run.end(&simulation, &mut folder, outcome, section));
     match ended {
         Ok(()) => Ok(folder.record),
@@ -200,13 +200,13 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// The folder of the newest checkpoint; the simulation is restored from it.
-    fn restored_folder(&self, simulation: &mut Simulation) -> Result<RunFolder, RunError> {
-        let checkpoint = checkpoint::read(self.output, self.plan, PROGRAM)?;
+    /// The folder of the newest checkpoint, from which the simulation is restored, and the number of the next checkpoint.
+    fn restored_folder(&self, simulation: &mut Simulation) -> Result<(RunFolder, usize), RunError> {
+        let (checkpoint, next) = checkpoint::read(self.output, self.plan, PROGRAM)?;
         simulation.resume(checkpoint.state).map_err(setup_error)?;
         let mut folder = checkpoint.folder;
         folder.resume()?;
-        Ok(folder)
+        Ok((folder, next))
     }
 
     /// The folder of a new run, with its tools. Earlier results there are reported and replaced.
@@ -239,15 +239,16 @@ impl Run<'_> {
         Err(error)
     }
 
-    /// Advances increment by increment to the end and writes checkpoints. The inner result is that of the solver.
+    /// Advances increment by increment to the end and writes checkpoints, from number `count` on. The inner result is that
+    /// of the solver.
     fn advance_all(
         &self,
         simulation: &mut Simulation,
         folder: &mut RunFolder,
+        mut count: usize,
         watch: &mut dyn FnMut(&Progress<'_>),
     ) -> Result<Result<(), SimulationError>, RunError> {
         let every = self.plan.scene.output.checkpoint_every;
-        let mut count = 0;
         loop {
             match self.advance(simulation, folder, watch)? {
                 Ok(true) => {}

@@ -27,7 +27,7 @@ pub enum SimulationError {
     Linear(#[from] LinearError),
     /// An increment did not converge, however small.
     #[error(
-        "stage `{stage}`, increment {increment}, share {share:.6}: not converged at a step of {step:e} of the stage. {cause}. Nearest tool there: `{tool}`, node {node} at ({x:.3}, {y:.3}, {z:.3}) mm. {remedy}"
+        "stage `{stage}`, increment {increment}, share {share:.6}: not converged at a step of {step:.3e} of the stage. {cause}. Nearest tool there: `{tool}`, node {node} at ({x:.3}, {y:.3}, {z:.3}) mm. {remedy}"
     )]
     GaveUp {
         /// Stage name.
@@ -77,4 +77,29 @@ pub enum SimulationError {
         /// Last increment.
         increment: usize,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_that_failed_is_told_in_four_digits() {
+        let cause = NewtonError::StillMoving { iterations: 40 };
+        let error = SimulationError::GaveUp {
+            stage: "draw".into(),
+            increment: 12,
+            share: 0.25,
+            step: 7.802327320671765e-6,
+            node: 3,
+            x: 1.0,
+            y: 2.0,
+            z: 3.0,
+            tool: "punch".into(),
+            cause: Box::new(cause),
+            remedy: "".into(),
+        };
+        let text = error.to_string();
+        assert!(text.contains("not converged at a step of 7.802e-6 of the stage"), "{text}");
+    }
 }

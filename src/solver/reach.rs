@@ -16,7 +16,7 @@ use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec3};
 use crate::solver::error::SimulationError;
 use crate::solver::sheet::sizes::edge_lengths;
-use crate::solver::simulation::SimulationSetup;
+use crate::solver::simulation::{SimulationSetup, check};
 use crate::solver::stage::state::Simulation;
 use crate::solver::tools::motion::Motion;
 use crate::solver::tools::tool::{SheetSide, ToolSetup};
@@ -60,7 +60,9 @@ pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
     let driven = |k: usize| setup.tools.iter().any(|t| t.direction[k].abs() > 1e-12);
     let may_move = Vec3::from_fn(|k, _| pushed[k].max(if driven(k) { swing[k] } else { 0.0 }));
     // A force brings a tool to the sheet from however far.
-    let forced = |k: usize| setup.stages.iter().any(|s| matches!(s.motions[k], Motion::Force(_)));
+    let forced = |k: usize| {
+        setup.stages.iter().any(|stage| matches!(stage.motions.get(k), Some(Motion::Force(_))))
+    };
     let near = |(index, (tool, own)): (usize, (&ToolSetup, &Option<[f64; 2]>))| -> Vec<bool> {
         let unknown = || [-whole, if forced(index) { f64::INFINITY } else { whole }];
         let zone = seen_from(tool, own.unwrap_or_else(unknown), sheet, &may_move, margin);
@@ -105,12 +107,13 @@ fn swing(setup: &SimulationSetup, size: f64) -> Vec3 {
     Vec3::from_fn(|k, _| if loaded(k) && !held(k) { f64::INFINITY } else { size })
 }
 
-/// Smallest and largest travel of a tool over all stages, the start among them [mm]; `None` when forces decide.
+/// Smallest and largest travel of a tool over all stages, the start among them [mm]; `None` when forces decide, or a stage has
+/// no motion for it.
 #[must_use]
 pub fn travel_range(setup: &SimulationSetup, tool: usize) -> Option<[f64; 2]> {
     let (mut now, mut low, mut high) = (0.0, 0.0_f64, 0.0_f64);
     for stage in &setup.stages {
-        let ([a, b], end) = match &stage.motions[tool] {
+        let ([a, b], end) = match stage.motions.get(tool)? {
             Motion::Hold | Motion::Release | Motion::Absent => ([now; 2], now),
             Motion::Travel(curve) => (curve.starting_at(now).extent(), curve.at(1.0)),
             Motion::Advance(curve) => {
@@ -127,8 +130,9 @@ pub fn travel_range(setup: &SimulationSetup, tool: usize) -> Option<[f64; 2]> {
 /// each increment [`Guard::breach`] says whether that was right.
 ///
 /// # Errors
-/// [`SimulationError::NoTouch`].
+/// [`SimulationError::Setup`] for a set-up that [`Simulation::new`] refuses, [`SimulationError::NoTouch`].
 pub fn leave_out(setup: &mut SimulationSetup) -> Result<(Vec<LeftOut>, Guard), SimulationError> {
+    check(setup)?;
     setup.place()?;
     let reach = edge_lengths(setup.body.mesh()).longest_edge;
     let mut guard = Guard { reach, tools: Vec::new() };
@@ -293,6 +297,18 @@ mod tests {
         assert!(!reached(&mut setup, 1000.0));
         setup.loads = load(2);
         assert!(reached(&mut setup, 1000.0));
+    }
+
+    #[test]
+    fn a_stage_with_too_few_motions_is_refused() {
+        let mut setup = ball_over_sheet(Motion::Travel(Curve::ramp(0.0, 1.0)));
+        setup.stages[0].motions.clear();
+        assert_eq!(travel_range(&setup, 0), None);
+        assert_eq!(reachable(&setup).len(), 1);
+        let Err(SimulationError::Setup(text)) = leave_out(&mut setup) else {
+            panic!("no motion for a tool");
+        };
+        assert!(text.contains("stage `press` moves 0 tools, there are 1"), "{text}");
     }
 
     #[test]

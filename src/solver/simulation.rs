@@ -22,7 +22,7 @@ pub struct SimulationSetup {
     pub body: Body,
     /// Symmetry planes and fixed nodes.
     pub constraints: Constraints,
-    /// Forces on the nodes, three a node [N], scaled by each stage's `load`; empty: none.
+    /// Forces on the nodes, three for every node [N], scaled by each stage's `load`; empty: none.
     pub loads: Vec<f64>,
     /// The tools.
     pub tools: Vec<ToolSetup>,
@@ -192,12 +192,22 @@ fn place(tools: &mut [Tool], body: &Body) -> Result<(), SimulationError> {
     Ok(())
 }
 
-fn check(setup: &SimulationSetup) -> Result<(), SimulationError> {
+/// Whether the parts of a set-up agree and its figures are in range.
+///
+/// # Errors
+/// [`SimulationError::Setup`] for the first part that does not.
+pub(in crate::solver) fn check(setup: &SimulationSetup) -> Result<(), SimulationError> {
     let nodes = setup.body.mesh().nodes.len();
     if setup.constraints.len() != nodes {
         return refuse(format!(
             "constraints are for {} nodes, the blank has {nodes}",
             setup.constraints.len()
+        ));
+    }
+    let loads = setup.loads.len();
+    if loads != 0 && loads != 3 * nodes {
+        return refuse(format!(
+            "loads have {loads} components, must have 3 for each of the {nodes} nodes, or none"
         ));
     }
     if !(setup.share > 0.0 && setup.share.is_finite()) {
@@ -248,4 +258,44 @@ fn check_stage(stage: &Stage, tools: usize) -> Result<(), SimulationError> {
         ));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::solver::element::ElementKind;
+    use crate::solver::material::elastic::Elastic;
+    use crate::solver::sheet::hex_mesh::rectangle;
+
+    /// A block on a plane, with these loads.
+    fn block(loads: Vec<f64>) -> SimulationSetup {
+        let mesh = rectangle(1.0, 1.0, 1.0, 1, 1, 1);
+        let mut constraints = Constraints::none(mesh.nodes.len());
+        (0..mesh.nodes.len()).for_each(|n| constraints.hold(n, 2));
+        let material = Arc::new(Elastic { young: 210_000.0, poisson: 0.3 });
+        SimulationSetup {
+            body: Body::new(mesh, ElementKind::Hex8, material).unwrap(),
+            constraints,
+            loads,
+            tools: Vec::new(),
+            stages: Vec::new(),
+            limits: Limits::default(),
+            share: 1.0,
+        }
+    }
+
+    #[test]
+    fn loads_are_for_all_nodes_or_none() {
+        for sound in [0, 24] {
+            assert!(Simulation::new(block(vec![0.0; sound])).is_ok(), "{sound}");
+        }
+        for bad in [3, 23, 27] {
+            let Err(SimulationError::Setup(text)) = Simulation::new(block(vec![0.0; bad])) else {
+                panic!("{bad} components for 8 nodes are refused");
+            };
+            assert!(text.contains(&format!("loads have {bad} components")), "{text}");
+        }
+    }
 }

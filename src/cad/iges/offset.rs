@@ -20,6 +20,9 @@ const SEGMENTS_MAX: usize = 2048;
 impl Reader<'_, '_> {
     /// Offset curve (130): DE1 base, FLAG 1 constant 2 linear 3 function, DE2, NDIM, PTYPE 1 arc length 2
     /// parameter, D1, TD1, D2, TD2, normal VX VY VZ, TT1, TT2. `O(t) = C(t) + d(t) (V x T)`.
+    ///
+    /// # Errors
+    /// A distance by a function, or one that varies with the arc length of the base.
     pub(super) fn offset_curve(&self, entity: usize, depth: usize) -> Result<Piece, Fault> {
         if depth > POINTER_DEPTH_MAX {
             return Err(self.file.fault(
@@ -34,7 +37,7 @@ impl Reader<'_, '_> {
         let flag = p.integer_or("FLAG", 1)?;
         p.pointer_or_none("distance function")?;
         p.integer_or("NDIM", 0)?;
-        p.integer_or("PTYPE", 0)?;
+        let by_length = p.integer_or("PTYPE", 2)? == 1;
         let [d1, t1, d2, t2] = [p.real("D1")?, p.real("TD1")?, p.real("D2")?, p.real("TD2")?];
         let normal = p.vec3("normal")?;
         let range = [p.real_or("TT1", f64::NAN)?, p.real_or("TT2", f64::NAN)?];
@@ -43,6 +46,9 @@ impl Reader<'_, '_> {
         };
         if flag == 3 {
             return Err(p.fault("FLAG = 3, distance by a function", "1 (constant) or 2 (linear)"));
+        }
+        if flag == 2 && by_length && d1 != d2 {
+            return Err(p.fault("PTYPE = 1, distance linear in the arc length", "2 (parameter)"));
         }
         if self.file.entry(base).kind == 130 && (base == entity || depth + 1 > 4) {
             return Err(p.fault("an offset of itself", "a base curve of another kind"));

@@ -8,7 +8,7 @@ use super::form::Form;
 use super::resolver::{Resolver, Units};
 use crate::cad::raw::RawSurface;
 use crate::geometry::nurbs::{Curve3, Surface};
-use crate::geometry::{Aabb, Vec3};
+use crate::geometry::{Aabb, Affine, Vec3};
 
 /// The surface of a face.
 #[derive(Debug, Clone)]
@@ -51,7 +51,7 @@ impl Resolver<'_> {
                 let base = self.surface(e.attributes().entity(1)?, units, near, depth + 1)?;
                 return Ok(Supported { entity: e.index, ..base });
             }
-            "SURFACE_REPLICA" => return self.read_replica(e, units, depth),
+            "SURFACE_REPLICA" => return self.read_replica(e, units, near, depth),
             kind if kind.contains("B_SPLINE_SURFACE")
                 || matches!(
                     kind,
@@ -154,11 +154,19 @@ impl Resolver<'_> {
         Ok(Supported { turned, scales, entity: e.index, ..base })
     }
 
-    /// `SURFACE_REPLICA(name, parent, transformation)`.
-    fn read_replica(&self, e: Entity, units: Units, depth: usize) -> Outcome<Supported> {
+    /// `SURFACE_REPLICA(name, parent, transformation)`: the parent is read as far as its image reaches.
+    fn read_replica(
+        &self,
+        e: Entity,
+        units: Units,
+        near: &Aabb,
+        depth: usize,
+    ) -> Outcome<Supported> {
         let a = e.attributes();
-        let base = self.surface(a.entity(1)?, units, &Aabb::EMPTY, depth + 1)?;
         let map = self.operator(a.entity(2)?, units)?;
+        let before = preimage(near, &map);
+        let before = before.ok_or_else(|| e.fault("a map without inverse", "a scale"))?;
+        let base = self.surface(a.entity(1)?, units, &before, depth + 1)?;
         let placed = super::place::surface(&base.surface, &map);
         let placed =
             placed.ok_or_else(|| e.fault("a transformation that is no similarity", "a scale"))?;
@@ -237,6 +245,15 @@ impl Resolver<'_> {
         ends.and_then(|[from, to]| form.cut(from, to))
             .ok_or_else(|| e.fault("a sweep along its own curve", "a surface"))
     }
+}
+
+/// Box around what `map` takes into a box; `None` where the map has no inverse.
+fn preimage(near: &Aabb, map: &Affine) -> Option<Aabb> {
+    if near.is_empty() {
+        return Some(Aabb::EMPTY);
+    }
+    let inverse = map.linear.try_inverse()?;
+    Some(Aabb::of_points(&near.corners().map(|corner| inverse * (corner - map.shift))))
 }
 
 enum Sweep {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::read_bytes;
-use crate::cad::raw::RawModel;
+use crate::cad::raw::{RawModel, RawSurface};
 
 fn read(path: &Path) -> RawModel {
     let bytes = std::fs::read(path).unwrap();
@@ -357,5 +357,43 @@ fn a_mirrored_instance_keeps_its_outward_side() {
             }
             other => panic!("{other:?}"),
         }
+    }
+}
+
+/// Planes swept by endless lines, as replicas of a tenth at another place: the sweep reaches as far as the face.
+#[test]
+fn replicas_of_swept_surfaces_reach_as_far_as_their_faces() {
+    // (x, y, z) becomes (30 + z / 10, -y / 10, 5 + x / 10): faces of 20 x 10 mm in the plane x = 30 or across it.
+    const COMMON: &str = "#1=CARTESIAN_POINT('',(0.,0.,0.));#2=DIRECTION('',(1.,0.,0.));#3=DIRECTION('',(0.,1.,0.));
+         #4=DIRECTION('',(0.,0.,1.));#5=VECTOR('',#2,1.);#6=VECTOR('',#3,1.);#7=LINE('',#1,#5);
+         #8=CARTESIAN_POINT('',(30.,0.,5.));#9=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,#4,$,#8,0.1,#2);
+         #20=CARTESIAN_POINT('',(30.,0.,5.));#21=CARTESIAN_POINT('',(30.,0.,25.));
+         #22=CARTESIAN_POINT('',(30.,-10.,25.));#23=CARTESIAN_POINT('',(30.,-10.,5.));
+         #24=POLY_LOOP('',(#20,#21,#22,#23));#25=FACE_OUTER_BOUND('',#24,.T.);#26=ADVANCED_FACE('',(#25),#30,.T.);
+         #27=OPEN_SHELL('',(#26));#28=SHELL_BASED_SURFACE_MODEL('',(#27));#29=SHAPE_REPRESENTATION('',(#28),#900);";
+    let surfaces = [
+        "#31=SURFACE_OF_LINEAR_EXTRUSION('',#7,#6);#30=SURFACE_REPLICA('',#31,#9);",
+        "#31=CURVE_REPLICA('',#7,#9);#32=VECTOR('',#3,1.);#30=SURFACE_OF_LINEAR_EXTRUSION('',#31,#32);",
+        "#31=AXIS1_PLACEMENT('',#1,#4);#32=SURFACE_OF_REVOLUTION('',#7,#31);#30=SURFACE_REPLICA('',#32,#9);",
+    ];
+    for surface in surfaces {
+        let model = read_bytes(&file(&format!("{COMMON}{surface}")), "replica").unwrap();
+        assert_eq!(model.faces.len(), 1, "{surface}: {:?}", model.diagnostics);
+        let swept = match &model.faces[0].surface {
+            RawSurface::Extrusion { directrix, direction, .. } => {
+                assert!((direction / direction.norm()).y.abs() > 1.0 - 1e-12, "{surface}");
+                directrix
+            }
+            RawSurface::Revolution { generatrix, origin, axis, .. } => {
+                assert!((axis.x.abs() - 1.0).abs() < 1e-12, "{surface}: {axis}");
+                assert!((origin.y, origin.z) == (0.0, 5.0), "{surface}: {origin}");
+                generatrix
+            }
+            other => panic!("{surface}: {other:?}"),
+        };
+        let ends = swept.domain().map(|t| swept.point(t));
+        assert!(ends.iter().all(|p| (p.x - 30.0).abs() < 1e-9), "{surface}: {ends:?}");
+        let [low, high] = [ends[0].z.min(ends[1].z), ends[0].z.max(ends[1].z)];
+        assert!(low <= 5.0 && high >= 25.0 && high < 100.0, "{surface}: {low} to {high}");
     }
 }

@@ -127,6 +127,7 @@ impl Around<'_> {
             users == 1 || at_wall.contains(w)
         };
         let mut ended: Vec<u32> = within.iter().filter(ends).copied().collect();
+        ended.sort_unstable();
         ended.dedup();
         let directions = match (&inwards?[..], &ended[..]) {
             ([a, b], []) if walls.is_empty() => across(a, b),

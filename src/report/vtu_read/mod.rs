@@ -123,7 +123,7 @@ pub fn parse(text: &[u8]) -> Result<Grid, Fault> {
     let mut contents = Contents {
         appended,
         encoding: Encoding::default(),
-        section: String::new(),
+        open: Vec::new(),
         arrays: Vec::new(),
         pieces: 0,
         counts: [0; 2],
@@ -137,8 +137,10 @@ pub fn parse(text: &[u8]) -> Result<Grid, Fault> {
             .map_err(|e| fault("XML", format!("{e} at byte {}", reader.buffer_position())))?;
         match event {
             Event::Empty(tag) if tag.name().as_ref() == b"DataArray" => contents.add(&tag, "")?,
+            Event::Empty(tag) if tag.name().as_ref() == b"Piece" => contents.begin_piece(&tag)?,
             Event::Start(tag) => contents.begin(&tag, &mut reader)?,
             Event::End(tag) if tag.name().as_ref() == b"VTKFile" => break,
+            Event::End(_) => drop(contents.open.pop()),
             Event::Eof if contents.appended.is_some() => break,
             Event::Eof => return Err(fault("VTKFile", "the file ends before </VTKFile>")),
             _ => {}
@@ -155,9 +157,9 @@ pub fn parse(text: &[u8]) -> Result<Grid, Fault> {
 struct Contents<'a> {
     appended: Option<Appended<'a>>,
     encoding: Encoding,
-    /// Element that contains the next arrays.
-    section: String,
-    /// Arrays, each with its section.
+    /// Names of the open elements, outermost first.
+    open: Vec<String>,
+    /// Arrays, each with the name of the element that contains it.
     arrays: Vec<(String, GridArray)>,
     pieces: usize,
     /// Points and cells that the piece declares.
@@ -171,20 +173,22 @@ impl Contents<'_> {
     /// Handles the start of an element; for an array, `reader` gives its text.
     fn begin(&mut self, tag: &BytesStart<'_>, reader: &mut Reader<&[u8]>) -> Result<(), Fault> {
         match tag.name().as_ref() {
-            b"VTKFile" => self.encoding = read_encoding(tag)?,
-            b"Piece" => {
-                self.pieces += 1;
-                self.counts = [count(tag, "NumberOfPoints")?, count(tag, "NumberOfCells")?];
-            }
-            b"Points" | b"Cells" | b"PointData" | b"CellData" | b"FieldData" => {
-                self.section = String::from_utf8_lossy(tag.name().as_ref()).into_owned();
-            }
             b"DataArray" => {
                 let body = text_of(reader, &attribute(tag, "Name").unwrap_or_default())?;
-                self.add(tag, &body)?;
+                return self.add(tag, &body);
             }
+            b"VTKFile" => self.encoding = read_encoding(tag)?,
+            b"Piece" => self.begin_piece(tag)?,
             _ => {}
         }
+        self.open.push(String::from_utf8_lossy(tag.name().as_ref()).into_owned());
+        Ok(())
+    }
+
+    /// A piece that begins: what it declares.
+    fn begin_piece(&mut self, tag: &BytesStart<'_>) -> Result<(), Fault> {
+        self.pieces += 1;
+        self.counts = [count(tag, "NumberOfPoints")?, count(tag, "NumberOfCells")?];
         Ok(())
     }
 
@@ -192,7 +196,7 @@ impl Contents<'_> {
     fn add(&mut self, tag: &BytesStart<'_>, body: &str) -> Result<(), Fault> {
         let array = read_array(tag, body, self.encoding, self.appended.as_ref(), self.values_left)?;
         self.values_left -= array.values.len();
-        self.arrays.push((self.section.clone(), array));
+        self.arrays.push((self.open.last().cloned().unwrap_or_default(), array));
         Ok(())
     }
 }

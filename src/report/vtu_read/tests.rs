@@ -126,6 +126,39 @@ fn arrays_that_do_not_fit_the_declared_counts_are_refused_by_name() {
     }
 }
 
+/// An array belongs to the element that holds it, not to the section before.
+#[test]
+fn arrays_of_unknown_elements_are_of_no_section() {
+    const OTHER: &str =
+        "<Extra><DataArray NumberOfComponents=\"3\" format=\"ascii\">9 9 9</DataArray></Extra>";
+    let grid = format!(
+        "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"1\" NumberOfCells=\"0\">\
+         <Points><DataArray NumberOfComponents=\"3\" format=\"ascii\">1 2 3</DataArray></Points>{OTHER}\
+         <PointData><DataArray Name=\"heat\" format=\"ascii\">4</DataArray>{OTHER}</PointData>{OTHER}\
+         </Piece>{OTHER}</UnstructuredGrid></VTKFile>"
+    );
+    let grid = parse(grid.as_bytes()).unwrap();
+    assert_eq!(grid.points, [Vec3::new(1.0, 2.0, 3.0)]);
+    assert_eq!(grid.point_data.len(), 1);
+    assert_eq!(
+        (grid.point_data[0].name.as_str(), &grid.point_data[0].values[..]),
+        ("heat", &[4.0][..])
+    );
+}
+
+#[test]
+fn an_empty_piece_may_close_itself() {
+    let grid = |points: usize| {
+        format!(
+            "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>\
+             <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"0\"/></UnstructuredGrid></VTKFile>"
+        )
+    };
+    assert_eq!(parse(grid(0).as_bytes()), Ok(Grid::default()));
+    let (place, found) = parse(grid(2).as_bytes()).unwrap_err();
+    assert!(place == "Points" && found.contains("for the 2 points"), "{place}: {found}");
+}
+
 /// Zeros compress by a factor of a thousand, and arrays may share an offset: the total of declared numbers is limited by
 /// the size of the file.
 #[test]

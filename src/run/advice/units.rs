@@ -2,6 +2,7 @@
 
 use super::finding::Finding;
 use crate::geometry::Aabb;
+use crate::report::digits::four_digits;
 use crate::report::doubt::DoubtCode;
 use crate::solver::{SimulationSetup, ToolSetup};
 
@@ -28,7 +29,7 @@ pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {
         let limit = outside(value, range)?;
         let what = format!(
             "The {name} of the blank is {} mm; formed sheets have {} to {} mm.",
-            short(value),
+            four_digits(value),
             range[0],
             range[1]
         );
@@ -69,23 +70,12 @@ fn unit_of(value: f64, [low, high]: [f64; 2]) -> String {
     fits.map_or_else(
         || "Check the unit: lengths are in mm.".into(),
         |(unit, factor)| {
-            format!("Lengths are in mm; in {unit} this would be {} mm.", short(value * factor))
+            format!(
+                "Lengths are in mm; in {unit} this would be {} mm.",
+                four_digits(value * factor)
+            )
         },
     )
-}
-
-/// A number with four significant digits.
-fn short(value: f64) -> String {
-    if !(1e-4..1e6).contains(&value.abs()) {
-        return format!("{value:.3e}");
-    }
-    let digits = (3 - value.abs().log10().floor() as i32).max(0) as usize;
-    let text = format!("{value:.digits$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
 }
 
 #[cfg(test)]
@@ -98,8 +88,6 @@ mod tests {
         assert_eq!(outside(0.0008, THICKNESS_RANGE_MM), Some(0.01));
         assert!(unit_of(0.0008, THICKNESS_RANGE_MM).contains("metres this would be 0.8 mm"));
         assert!(unit_of(800.0, THICKNESS_RANGE_MM).contains("micrometres"));
-        let digits = [0.0010000000000000007, 60.0, 1234.5, 0.0, 3e9].map(short);
-        assert_eq!(digits, ["0.001", "60", "1234", "0.000e0", "3.000e9"]);
         assert!(!unit_of(1e-9, THICKNESS_RANGE_MM).contains("would be"));
     }
 }

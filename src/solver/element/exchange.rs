@@ -83,14 +83,16 @@ pub struct PointFailure {
 pub enum FailureReason {
     /// The element is turned inside out.
     #[error(
-        "volume ratio {ratio}, must be above zero: the element turns inside out, as where a sheet folds or tears"
+        "volume ratio {ratio:.3e}, must be above zero: the element turns inside out, as where a sheet folds or tears"
     )]
     Inverted {
         /// det F at the point.
         ratio: f64,
     },
     /// The internal modes of the element have no stiffness.
-    #[error("pivot {pivot} in the stiffness of the internal modes, must be finite and not zero")]
+    #[error(
+        "pivot {pivot:.3e} in the stiffness of the internal modes, must be finite and not zero"
+    )]
     SingularModes {
         /// The pivot found.
         pivot: f64,

@@ -54,8 +54,9 @@ pub(crate) fn evaluate(
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| inverse[(j, i)]));
         (tensor::congruence(&rows), det)
     });
+    // A reference element that is flat at its centre has no volume that a ratio could refer to.
     let centre =
-        centre.ok_or(PointFailure { point: 0, reason: FailureReason::Inverted { ratio: det } })?;
+        centre.ok_or(PointFailure { point: 0, reason: FailureReason::Inverted { ratio: 0.0 } })?;
     let unit = MODES.map(|mode| mode.unit(&centre.0));
     let at = |alpha: &_, record: &mut _| {
         evaluate_at(input, points, &centre, alpha, new_state, record, out)

@@ -267,19 +267,16 @@ fn step(
     let stiffness = damping * sim.sys.scales.tangential;
     let damper = Damper::new(&sim.sys.body, &sim.sys.u, stiffness);
     let push = push.map(|push| push.forces.clone());
-    sim.sys.regime.stabilisation = Stabilisation::Continuation { damper, push };
+    sim.sys.regime.stabilisation = Stabilisation::Continuation { damper: damper.clone(), push };
     let found = attempt(sim, plan, [target - 1.0, target], Patience::UpTo(MAX_STEP_ITERATIONS));
-    let damper = sim.sys.regime.release();
-    let (Ok(stats), Some(damper)) = (&found, damper) else {
-        restore(sim);
-        return found.map(|stats| (stats, 0.0));
-    };
+    let stats = found.inspect_err(|_| restore(sim))?;
     let sys = &mut sim.sys;
+    sys.regime.release();
     let damped: Vec<f64> = damper.forces(&sys.u).collect();
     sys.eval.internal_force.iter_mut().zip(&damped).for_each(|(f, damped)| *f -= damped);
     sim.dragged += work_of_travel(sim, &sim.committed);
     accept(sim, Some(1.0));
-    Ok((stats.clone(), norm(&damped)))
+    Ok((stats, norm(&damped)))
 }
 
 /// Work of the tools whose travel is given since a balance, by their forces then and now, of the whole process [N mm]. While

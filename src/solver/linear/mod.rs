@@ -55,7 +55,7 @@ pub enum LinearError {
     Cancelled,
     /// The solution does not satisfy the equations.
     #[error(
-        "the linear solution leaves {relative:e} of its right-hand side (allowed {allowed:e}): the matrix is nearly singular"
+        "the linear solution leaves {relative:.3e} of its right-hand side (allowed {allowed:e}): the matrix is nearly singular"
     )]
     Inaccurate {
         /// Residual over right-hand side.

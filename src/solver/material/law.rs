@@ -98,7 +98,7 @@ pub struct PointState {
 pub enum MaterialError {
     /// The deformation has lost its positive volume, or is not a number.
     #[error(
-        "eigenvalue {value} of the right Cauchy-Green tensor, must be finite and above zero: the sheet is pressed to nothing there"
+        "eigenvalue {value:.3e} of the right Cauchy-Green tensor, must be finite and above zero: the sheet is pressed to nothing there"
     )]
     Collapsed {
         /// The eigenvalue found.
@@ -106,7 +106,7 @@ pub enum MaterialError {
     },
     /// The scalar equation of the return mapping was not solved.
     #[error(
-        "return mapping stopped at residual {residual} of the yield stress after {iterations} iterations: the strain of one step is out of all proportion"
+        "return mapping stopped at residual {residual:.3e} of the yield stress after {iterations} iterations: the strain of one step is out of all proportion"
     )]
     ReturnMapping {
         /// Residual relative to the yield stress.

@@ -150,6 +150,32 @@ fn offset_curves_keep_their_distance() {
     }
 }
 
+/// A distance from 2 to 4 that is linear in the parameter (PTYPE 2, or none) is read; one that varies with the arc length of
+/// the base (PTYPE 1) is refused.
+#[test]
+fn offset_curves_vary_with_the_parameter_alone() {
+    let read = |ptype: &str, last: f64| {
+        let items = [
+            item(130, 0, format!("3,2,0,0,{ptype},2.,0.,{last},1.,0.,0.,1.,0.,1.")),
+            item(110, 0, "0.,0.,0.,10.,0.,0."),
+        ];
+        let bytes = file(&items);
+        let file = File::open(&bytes);
+        Reader::new(&file).joined(0, &Affine::identity())
+    };
+    for ptype in ["2", "0", ""] {
+        near(read(ptype, 4.0).unwrap().curve.point(0.5), [5.0, 3.0, 0.0], 1e-9);
+    }
+    let Err(fault) = read("1", 4.0) else { panic!("an offset by arc length") };
+    assert!(
+        fault.found.contains("PTYPE = 1") && fault.allowed.contains("parameter"),
+        "{}",
+        fault.found
+    );
+    // A constant distance varies with nothing.
+    near(read("1", 2.0).unwrap().curve.point(0.5), [5.0, 2.0, 0.0], 1e-9);
+}
+
 #[test]
 fn spline_surfaces_are_their_polynomials() {
     // x = u, y = t, z = s^3 t^2 over [0,2] x [0,3], one patch and the unused row and column

@@ -63,6 +63,9 @@ impl Plastic {
     }
 
     /// Stress, tangent and history of one point in material axes.
+    ///
+    /// # Errors
+    /// [`MaterialError::ReturnMapping`] for a stress that is NaN, or where the return mapping does not converge.
     fn settle(
         &self,
         law: &Yld2004,
@@ -73,7 +76,11 @@ impl Plastic {
         let &Trial { ref elastic_strain, ref stress, old, principal } = trial;
         new.copy_from_slice(old);
         let flow_stress = self.hardening.flow_stress(old[EQUIVALENT]).0;
-        if law.equivalent_of(principal) <= flow_stress * (1.0 + YIELD_TOLERANCE) {
+        let equivalent = law.equivalent_of(principal);
+        if equivalent.is_nan() {
+            return Err(MaterialError::ReturnMapping { residual: equivalent, iterations: 0 });
+        }
+        if equivalent <= flow_stress * (1.0 + YIELD_TOLERANCE) {
             out.stress = *stress;
             out.tangent = self.elastic.stiffness();
             out.elastic_energy = 0.5 * tensor::dot(stress, elastic_strain);

@@ -171,7 +171,7 @@ impl Yld2004 {
         std::array::from_fn(|k| Principal([one[k], two[k]]))
     }
 
-    /// [`Self::equivalent`] of a stress whose transformed ones are known.
+    /// [`Self::equivalent`] of a stress whose transformed ones are known; NaN where one of them is.
     pub(super) fn equivalent_of(&self, &Principal([(one, _), (two, _)]): &Principal) -> f64 {
         let largest = largest_difference(&one, &two);
         if largest == 0.0 {
@@ -187,7 +187,7 @@ impl Yld2004 {
         largest * (0.25 * sum).powf(1.0 / self.exponent)
     }
 
-    /// Value, gradient and Hessian; all zero at zero stress.
+    /// Value, gradient and Hessian; all zero at zero stress, and NaN at one that is NaN.
     #[must_use]
     pub fn derivatives(&self, t: &Mandel) -> Derivatives {
         self.derivatives_of(&Principal(eigen_of_both(&self.transformed(t))))
@@ -197,7 +197,7 @@ impl Yld2004 {
     pub(super) fn derivatives_of(&self, &Principal([first, second]): &Principal) -> Derivatives {
         let [one, two] = [Frame::new(&self.maps[0], first), Frame::new(&self.maps[1], second)];
         let largest = largest_difference(&one.values, &two.values);
-        if largest.is_nan() || largest <= 0.0 {
+        if largest == 0.0 {
             return Derivatives { value: 0.0, gradient: [0.0; 6], hessian: [[0.0; 6]; 6] };
         }
         // Everything below is at the stress T / largest; the degree of each result puts it back.
@@ -360,11 +360,16 @@ fn turned(m: &[[f64; 3]; 3], by: f64) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| by * m[j][i]))
 }
 
+/// Largest `|s'_i - s''_j|`; NaN where one is.
 fn largest_difference(one: &[f64; 3], two: &[f64; 3]) -> f64 {
     let mut largest = 0.0_f64;
     for a in one {
         for b in two {
-            largest = largest.max((a - b).abs());
+            let difference = (a - b).abs();
+            // `f64::max` would pass over NaN.
+            if difference > largest || difference.is_nan() {
+                largest = difference;
+            }
         }
     }
     largest

@@ -47,7 +47,7 @@ const SHELL_ENHANCED: ElementKind = ElementKind::SolidShell { points: 3, membran
 const ALL: [ElementKind; 4] = [ElementKind::Hex8, ElementKind::Hex8Enhanced, SHELL, SHELL_ENHANCED];
 
 /// Evaluates at `u` until the internal modes have settled.
-fn settle(body: &mut Body, u: &[f64], out: &mut Evaluation) {
+fn converge_modes(body: &mut Body, u: &[f64], out: &mut Evaluation) {
     for _ in 0..30 {
         body.evaluate(u, Want::ResidualAndTangent, out).unwrap();
         let largest = out.internal_force.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -61,7 +61,7 @@ fn settle(body: &mut Body, u: &[f64], out: &mut Evaluation) {
 /// Largest difference of the tangent from central differences, relative to its largest entry.
 fn tangent_error(body: &mut Body, u: &[f64], step: f64) -> f64 {
     let mut out = Evaluation::default();
-    settle(body, u, &mut out);
+    converge_modes(body, u, &mut out);
     let pattern = body.pattern().clone();
     let largest = out.tangent.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let (mut plus, mut minus) = (Evaluation::default(), Evaluation::default());
@@ -162,7 +162,7 @@ fn plastic_tangent_is_the_derivative_of_the_force() {
         let mut body = Body::new(distorted(), kind, Arc::clone(law)).unwrap();
         let mut out = Evaluation::default();
         let before: Vec<f64> = pseudo_random(3, 24).iter().map(|x| 0.02 * x).collect();
-        settle(&mut body, &before, &mut out);
+        converge_modes(&mut body, &before, &mut out);
         body.commit();
         let plastic = |body: &Body| body.element_states().unwrap()[0].mean.plastic_strain;
         let start = plastic(&body);

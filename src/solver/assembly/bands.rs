@@ -14,7 +14,7 @@ use crate::solver::element::{
 };
 use crate::solver::linear::pattern::{Gather, NodeUse};
 use crate::solver::material::Material;
-use crate::solver::material::Turned;
+use crate::solver::material::RotatedLaw;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Elements of a band for every thread: the answers of two bands stay in the cache next to it.
@@ -132,7 +132,7 @@ impl Elements<'_> {
         for (local, &node) in displacement.chunks_exact_mut(3).zip(&ids) {
             local.copy_from_slice(&self.displacement[3 * node as usize..3 * node as usize + 3]);
         }
-        let turned = self.axes.map(|axes| Turned::new(self.material, &axes[element]));
+        let turned = self.axes.map(|axes| RotatedLaw::new(self.material, &axes[element]));
         let history = &self.history[element * stride..(element + 1) * stride];
         let (old_state, old_record) = history.split_at(point_len);
         let input = ElementInput {

@@ -112,7 +112,8 @@ impl Built {
         let committed = virgin(mesh.elements.len(), kind, material);
         let gather = Gather::new(mesh.nodes.len(), &mesh.elements);
         let bands = Bands::new(&gather, mesh.elements.len());
-        let remembered = if material.memory().is_some() { 6 * kind.point_count() } else { 0 };
+        let remembered =
+            if material.history_layout().is_some() { 6 * kind.point_count() } else { 0 };
         Self {
             geometry: mesh.elements.iter().map(points).collect(),
             trial: committed.clone(),

@@ -7,7 +7,7 @@ use super::evaluation::{ElementFailure, Evaluation};
 use crate::solver::element::Want;
 use crate::solver::material::Material;
 use crate::solver::material::at_yield::AtYield;
-use crate::solver::material::foreseen::Foreseen;
+use crate::solver::material::foreseen::LinearisedLaw;
 
 /// How an increment is foreseen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ impl Body {
     /// Whether the material keeps what an increment can be foreseen from.
     #[must_use]
     pub fn can_foresee(&self) -> bool {
-        self.material.memory().is_some()
+        self.material.history_layout().is_some()
     }
 
     /// As [`Body::evaluate`] with the tangent, the law linear about the strains foreseen; of a material that keeps none, the
@@ -36,19 +36,19 @@ impl Body {
         foresight: Foresight,
         out: &mut Evaluation,
     ) -> Result<(), ElementFailure> {
-        let Some(memory) = self.material.memory() else {
+        let Some(history_layout) = self.material.history_layout() else {
             return self.evaluate(displacement, Want::ResidualAndTangent, out);
         };
         let Foresight { factor, stiff } = foresight;
         let mut history = self.built().committed.clone();
         let mut before = self.built().before.chunks_exact(6);
-        for point in self.strains_of(memory.strain) {
+        for point in self.strains_of(history_layout.strain) {
             let Some(before) = before.next() else { break };
             for (value, before) in history[point..point + 6].iter_mut().zip(before) {
                 *value += factor * (*value - before);
             }
         }
-        let law = Foreseen::new(Arc::clone(&self.material), &memory, stiff);
+        let law = LinearisedLaw::new(Arc::clone(&self.material), &history_layout, stiff);
         let other: (&dyn Material, &[f64]) = (&law, &history);
         self.evaluate_elements(displacement, Want::ResidualAndTangent, Some(other), out)
     }
@@ -64,8 +64,8 @@ impl Body {
     ) -> Result<(), ElementFailure> {
         let law = self
             .material
-            .memory()
-            .and_then(|memory| AtYield::new(Arc::clone(&self.material), &memory));
+            .history_layout()
+            .and_then(|history_layout| AtYield::new(Arc::clone(&self.material), &history_layout));
         let Some(law) = law else {
             return self.evaluate(displacement, Want::ResidualAndTangent, out);
         };
@@ -75,8 +75,8 @@ impl Body {
 
     /// Keeps the strains of the last commit, before the next one.
     pub(super) fn keep_strains(&mut self) {
-        let Some(memory) = self.material.memory() else { return };
-        let places = self.strains_of(memory.strain);
+        let Some(history_layout) = self.material.history_layout() else { return };
+        let places = self.strains_of(history_layout.strain);
         let Built { before, committed, .. } = self.built_mut();
         for (kept, at) in before.chunks_exact_mut(6).zip(places) {
             kept.copy_from_slice(&committed[at..at + 6]);

@@ -7,7 +7,7 @@ impl Body {
     #[must_use]
     pub fn state_bytes_an_element(&self) -> usize {
         let remembered =
-            if self.material.memory().is_some() { 6 * self.kind.point_count() } else { 0 };
+            if self.material.history_layout().is_some() { 6 * self.kind.point_count() } else { 0 };
         8 * (self.stride() + remembered)
     }
 

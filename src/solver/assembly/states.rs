@@ -19,7 +19,7 @@ impl Body {
     #[must_use]
     pub fn element_states(&self) -> Option<Vec<ElementState>> {
         let len = self.material.state_len();
-        self.material.memory()?;
+        self.material.history_layout()?;
         let weights = self.point_weights();
         let state = |(element, history): (usize, &[f64])| {
             let points = history[..self.kind.point_count() * len].chunks_exact(len);

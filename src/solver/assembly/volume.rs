@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::body::Body;
 use super::evaluation::ElementFailure;
 use crate::solver::element::{FailureReason, PointGeometry};
-use crate::solver::material::Memory;
+use crate::solver::material::HistoryLayout;
 
 impl Body {
     /// Volume that does not balance, as a share of the undeformed volume: plastic flow keeps the volume, so an element at
@@ -13,7 +13,7 @@ impl Body {
     /// the elements without regard to sign. `None` for a material that keeps no strains.
     #[must_use]
     pub fn volume_balance(&self, displacement: &[f64]) -> Option<f64> {
-        let memory = self.material.memory()?;
+        let history_layout = self.material.history_layout()?;
         let (stride, len) = (self.stride(), self.material.state_len());
         let point_len = self.kind.point_count() * len;
         let weights = self.point_weights();
@@ -22,10 +22,10 @@ impl Body {
             let states = &self.built().committed[element * stride..element * stride + point_len];
             let undeformed: f64 = points.iter().map(|point| point.weight).sum();
             let elastic: f64 = match &weights {
-                Some(weights) => undeformed * elastic_ratio(states, len, &memory, weights),
+                Some(weights) => undeformed * elastic_ratio(states, len, &history_layout, weights),
                 None => {
                     let own = points.each_ref().map(|point| point.weight);
-                    elastic_ratio(states, len, &memory, &own)
+                    elastic_ratio(states, len, &history_layout, &own)
                 }
             };
             [(self.present_volume(element, displacement) - elastic).abs(), undeformed]
@@ -103,9 +103,16 @@ fn volume_ratio(point: &PointGeometry, moved: &[[f64; 3]; 8]) -> f64 {
 }
 
 /// `Σ w exp tr(E - Ep)` over the points of an element, whose histories of `len` values follow one another.
-fn elastic_ratio(states: &[f64], len: usize, memory: &Memory, weights: &[f64]) -> f64 {
+fn elastic_ratio(
+    states: &[f64],
+    len: usize,
+    history_layout: &HistoryLayout,
+    weights: &[f64],
+) -> f64 {
     let trace = |state: &[f64], at: usize| state[at..at + 3].iter().sum::<f64>();
-    let ratio = |state: &[f64]| (trace(state, memory.strain) - trace(state, memory.plastic)).exp();
+    let ratio = |state: &[f64]| {
+        (trace(state, history_layout.strain) - trace(state, history_layout.plastic)).exp()
+    };
     states.chunks_exact(len).zip(weights).map(|(state, weight)| weight * ratio(state)).sum()
 }
 

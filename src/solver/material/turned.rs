@@ -1,31 +1,31 @@
-//! A law in axes of the place: strains are turned into them, stresses and tangents back. The law keeps its histories in
-//! these axes and knows of no others, so that it is one for a whole body whose axes differ from element to element.
+//! Law in rotated axes: strains are rotated into them, stresses and tangents back. The histories stay in these axes,
+//! so that one law serves a body whose axes differ between elements.
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::law::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
+use super::law::{LogResponse, LogResponses, Material, MaterialError, update_single};
 use crate::geometry::Mat3;
 use crate::solver::numbers::algebra::{turn_back, turned};
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 
-/// A law asked in global axes that answers in its own.
+/// Law evaluated in global axes that computes in its own axes.
 #[derive(Debug)]
-pub(crate) struct Turned<'a> {
+pub(crate) struct RotatedLaw<'a> {
     law: &'a dyn Material,
-    /// Turns global tensors into the axes.
+    /// Rotation of global tensors into the axes.
     turn: Mandel66,
 }
 
-impl<'a> Turned<'a> {
-    /// In the axes that are the columns of the rotation `axes`.
+impl<'a> RotatedLaw<'a> {
+    /// Axes are the columns of the rotation `axes`.
     pub(crate) fn new(law: &'a dyn Material, axes: &Mat3) -> Self {
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| axes[(j, i)]));
         Self { law, turn: tensor::congruence(&rows) }
     }
 }
 
-impl Material for Turned<'_> {
+impl Material for RotatedLaw<'_> {
     fn state_len(&self) -> usize {
         self.law.state_len()
     }
@@ -37,7 +37,7 @@ impl Material for Turned<'_> {
         new: &mut [f64],
         response: &mut LogResponse,
     ) -> Result<(), MaterialError> {
-        one_as_points(self, strain, (old, new), response)
+        update_single(self, strain, (old, new), response)
     }
 
     fn update_points(
@@ -48,21 +48,21 @@ impl Material for Turned<'_> {
         out: &mut LogResponses,
     ) -> Result<(), (usize, MaterialError)> {
         let (turn, mut own) = (&self.turn, [[0.0; POINTS]; 6]);
-        Arch::new().dispatch(Into { turn, strains, own: &mut own });
+        Arch::new().dispatch(RotateStrains { turn, strains, own: &mut own });
         self.law.update_points(&own, count, (old, new), out)?;
-        Arch::new().dispatch(Back { turn, out });
+        Arch::new().dispatch(RotateResponses { turn, out });
         Ok(())
     }
 }
 
-/// Strains turned into the axes.
-struct Into<'a> {
+/// Strains rotated into the axes.
+struct RotateStrains<'a> {
     turn: &'a Mandel66,
     strains: &'a [Eight; 6],
     own: &'a mut [Eight; 6],
 }
 
-impl WithSimd for Into<'_> {
+impl WithSimd for RotateStrains<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -76,13 +76,13 @@ impl WithSimd for Into<'_> {
     }
 }
 
-/// Stresses and tangents turned back.
-struct Back<'a> {
+/// Stresses and tangents rotated back.
+struct RotateResponses<'a> {
     turn: &'a Mandel66,
     out: &'a mut LogResponses,
 }
 
-impl WithSimd for Back<'_> {
+impl WithSimd for RotateResponses<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
     use crate::solver::material::card;
 
-    /// The rolling direction at an angle in the plane: by the law itself, or by axes turned about its normal.
+    /// The rolling direction at an angle in the plane: by the law itself, or by axes rotated about its normal.
     #[test]
     fn a_law_turned_from_outside_answers_as_one_turned_by_itself() {
         for name in ["mild-steel-neto2012", "aa2090-t3-barlat2005"] {
@@ -122,7 +122,7 @@ mod tests {
                 [0.4, 0.0].map(|angle| card::find(name).unwrap().build(angle).unwrap());
             let (s, c) = 0.4_f64.sin_cos();
             let axes = Mat3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
-            let turned = Turned::new(flat.as_ref(), &axes);
+            let turned = RotatedLaw::new(flat.as_ref(), &axes);
             let old = vec![0.0; flat.state_len()];
             let strain = [0.02, -0.005, -0.015, 0.01, 0.003, -0.002];
             let answer = |law: &dyn Material| {

@@ -45,7 +45,7 @@ fn cards_that_cannot_be_used_say_why() {
     assert!(matches!(kinematic.build(0.0), Err(CardError::Half { missing: "yield", .. })));
     assert!(serde_json::from_str::<MaterialCard>(r#"{"name":"x","young":1}"#).is_err());
 }
-/// What is said names the key that the card has, whatever law stands behind it.
+/// Messages name the key of the card for every law.
 #[test]
 fn numbers_out_of_range_are_named_by_their_keys() {
     let steel = find("mild-steel-neto2012").unwrap();

@@ -125,7 +125,7 @@ impl Simulation {
     /// Gives up the increment under way when the request is made: [`Self::advance`] then fails with
     /// [`SimulationError::Stopped`] at the state before it.
     pub fn heed(&mut self, cancel: Cancel) {
-        self.sys.solver.heed(&cancel);
+        self.sys.solver.set_cancel(&cancel);
         self.sys.cancel = cancel;
     }
 

@@ -99,7 +99,7 @@ impl System {
         let contact = ContactSet::new(mesh, &tools);
         let mut solver = CheckedSolver::new(body.pattern(), body.mesh().groups())?;
         let lengths = edge_lengths(body.mesh());
-        solver.plausible = lengths.size;
+        solver.max_plausible_entry = lengths.size;
         let penetration = Penetration::of(body.mesh(), &tools, lengths.longest_edge);
         let not_of_nodes = || LinearError::Pattern("its rows are not those of nodes".into());
         Ok(Self {

@@ -182,7 +182,7 @@ impl Cost {
         let bytes = work.factors
             + entries(sheet) * ENTRY
             + sheet.elements as f64
-                * (ELEMENT + HISTORIES * setup.body.state_bytes_an_element() as f64);
+                * (ELEMENT + HISTORIES * setup.body.state_bytes_per_element() as f64);
         let least: f64 = setup.stages.iter().map(fewest_increments).sum();
         let thickness = setup.body.mesh().mean_thickness().max(1e-300);
         let increments = [least, (CUTS * least).max(A_THICKNESS * travelled(setup) / thickness)];

@@ -15,14 +15,14 @@ use crate::solver::numbers::tensor::{Mandel, Mandel66};
 
 /// Law linearised at the strains `E*`, which the histories hold in place of the last strains.
 #[derive(Debug)]
-pub struct LinearisedLaw {
+pub struct Foreseen {
     law: Arc<dyn Material>,
     strain: usize,
     /// Elastic tangent that replaces the tangent of the law.
     tangent: Option<Mandel66>,
 }
 
-impl LinearisedLaw {
+impl Foreseen {
     /// Uses the tangent of the law at `E*` or, with `elastic`, the elastic tangent: the plastic flow is then that of
     /// `E*`.
     #[must_use]
@@ -35,7 +35,7 @@ impl LinearisedLaw {
     }
 }
 
-impl Material for LinearisedLaw {
+impl Material for Foreseen {
     fn state_len(&self) -> usize {
         self.law.state_len()
     }
@@ -113,7 +113,7 @@ mod tests {
         let strain: Mandel = std::array::from_fn(|i| there[i] + deviation[i]);
         for elastic in [false, true] {
             let tangent = if elastic { history_layout.stiffness } else { expected.tangent };
-            let linear = LinearisedLaw::new(Arc::clone(&law), &history_layout, elastic);
+            let linear = Foreseen::new(Arc::clone(&law), &history_layout, elastic);
             let mut out = LogResponse::zero();
             linear.update(&strain, &old, &mut new, &mut out).unwrap();
             for i in 0..6 {

@@ -124,7 +124,7 @@ impl Simulation {
         self.committed = state.committed;
         self.energies = state.energies;
         self.summary = state.summary;
-        self.sys.constraints.take_bits(&state.held);
+        self.sys.constraints.set_bits(&state.held);
         self.sys.held_at = state.held_at;
         restore(self);
         Ok(())

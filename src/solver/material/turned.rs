@@ -5,7 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::law::{LogResponse, LogResponses, Material, MaterialError, update_single};
 use crate::geometry::Mat3;
-use crate::solver::numbers::algebra::{turn_back, turned};
+use crate::solver::numbers::algebra::{rotate, rotate_back};
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 
@@ -68,7 +68,7 @@ impl WithSimd for RotateStrains<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for first in Lane::<S>::groups() {
-            let own = turned(self.turn, false, &Lane::load_all(simd, self.strains, first));
+            let own = rotate(self.turn, false, &Lane::load_all(simd, self.strains, first));
             for (value, to) in own.iter().zip(self.own.iter_mut()) {
                 value.store(to, first);
             }
@@ -89,7 +89,7 @@ impl WithSimd for RotateResponses<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let LogResponses { stress, tangent, .. } = self.out;
         for first in Lane::<S>::groups() {
-            let global = turned(self.turn, true, &Lane::load_all(simd, stress, first));
+            let global = rotate(self.turn, true, &Lane::load_all(simd, stress, first));
             for (value, to) in global.iter().zip(stress.iter_mut()) {
                 value.store(to, first);
             }
@@ -97,7 +97,7 @@ impl WithSimd for RotateResponses<'_> {
             for (row, from) in rows.iter_mut().zip(tangent.iter()) {
                 *row = Lane::load_all(simd, from, first);
             }
-            turn_back(self.turn, &mut rows);
+            rotate_back(self.turn, &mut rows);
             for (row, to) in rows.iter().zip(tangent.iter_mut()) {
                 for (value, to) in row.iter().zip(to.iter_mut()) {
                     value.store(to, first);
@@ -122,7 +122,7 @@ mod tests {
                 [0.4, 0.0].map(|angle| card::find(name).unwrap().build(angle).unwrap());
             let (s, c) = 0.4_f64.sin_cos();
             let axes = Mat3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
-            let turned = RotatedLaw::new(flat.as_ref(), &axes);
+            let rotate = RotatedLaw::new(flat.as_ref(), &axes);
             let old = vec![0.0; flat.state_len()];
             let strain = [0.02, -0.005, -0.015, 0.01, 0.003, -0.002];
             let answer = |law: &dyn Material| {
@@ -130,7 +130,7 @@ mod tests {
                 law.update(&strain, &old, &mut new, &mut out).unwrap();
                 (out, new)
             };
-            let ((a, by_itself), (b, from_outside)) = (answer(own.as_ref()), answer(&turned));
+            let ((a, by_itself), (b, from_outside)) = (answer(own.as_ref()), answer(&rotate));
             let of = |law: &Arc<dyn Material>, history: &[f64]| law.point_state(history).unwrap();
             let [a_state, b_state] = [of(&own, &by_itself), of(&flat, &from_outside)];
             let off = a_state.plastic_strain - b_state.plastic_strain;

@@ -6,7 +6,7 @@ use super::axes::tensor;
 use super::{At, Step, ZERO};
 use crate::solver::material::law::LogResponses;
 use crate::solver::material::plastic::{BACKSTRESS, EQUIVALENT, STRAIN, WORK};
-use crate::solver::numbers::algebra::{turn_back, turned};
+use crate::solver::numbers::algebra::{rotate, rotate_back};
 use crate::solver::numbers::lanes::{Eight, Lane};
 
 /// Plastic strain increments in material axes, and the work of the stress on them.
@@ -68,8 +68,8 @@ impl Step<'_> {
         (Lane::dot(&stress, &left) * 0.5).store(&mut out.elastic_energy, first);
         let mut tangent = self.tangent(simd, &at, first);
         if let Some(turn) = &material.to_material {
-            stress = turned(turn, true, &stress);
-            turn_back(turn, &mut tangent);
+            stress = rotate(turn, true, &stress);
+            rotate_back(turn, &mut tangent);
         }
         for i in 0..6 {
             stress[i].store(&mut out.stress[i], first);

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::solver::material::hill48::Spectrum;
 use crate::solver::material::law::{LogResponses, MaterialError};
-use crate::solver::numbers::algebra::turned;
+use crate::solver::numbers::algebra::rotate;
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 
 const ZERO: Eight = [0.0; POINTS];
@@ -157,7 +157,7 @@ impl<'a> Step<'a> {
         let (material, spectrum) = (self.material, self.spectrum);
         let mut strain = Lane::load_all(simd, strains, first);
         if let Some(turn) = &material.to_material {
-            strain = turned(turn, false, &strain);
+            strain = rotate(turn, false, &strain);
         }
         let plastic = self.load_history(simd, STRAIN, first);
         for ((elastic, strain), plastic) in self.elastic.iter_mut().zip(&mut strain).zip(plastic) {

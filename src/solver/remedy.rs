@@ -8,7 +8,7 @@ use crate::solver::stage::state::Simulation;
 use crate::solver::system::system::System;
 use crate::solver::tools::motion::Motion;
 use crate::solver::tools::role::Role;
-use crate::solver::tools::way::FACING_COS;
+use crate::solver::tools::way::FACING_COS_MIN;
 
 fn farthest_from_balance(sys: &System) -> usize {
     let forces = sys.unbalanced().map(|force| force.norm_squared()).enumerate();
@@ -155,7 +155,7 @@ fn friction_alone(sys: &System, tool: usize) -> Option<f64> {
         if normal.norm() == 0.0 {
             continue;
         }
-        if normal.dot(&direction).abs() > FACING_COS * normal.norm() {
+        if normal.dot(&direction).abs() > FACING_COS_MIN * normal.norm() {
             return None;
         }
         *most.get_or_insert(0.0) += sys.law(tool).mu * normal.norm();

@@ -183,7 +183,7 @@ fn place(tools: &mut [Tool], body: &Body) -> Result<(), SimulationError> {
         let ids = tool.setup.side.nodes(mesh);
         let points: Vec<Vec3> = ids.iter().map(|&n| mesh.nodes[n as usize]).collect();
         if tool.place_touching(&points).is_none() {
-            let remedy = tool.setup.why_not_touching(&points);
+            let remedy = tool.setup.placement_remedy(&points);
             let looks_back = tool.setup.looks_back();
             let tool = tool.setup.name.clone();
             return Err(SimulationError::NoTouch { tool, looks_back, remedy });

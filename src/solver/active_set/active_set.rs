@@ -22,7 +22,7 @@ pub(in crate::solver) fn revise(
     limits: &Limits,
     pivoting: &mut Pivoting,
 ) -> usize {
-    sys.contact.candidates.iter_mut().for_each(|c| c.fresh = false);
+    sys.contact.candidates.iter_mut().for_each(|c| c.newly_active = false);
     let lost: Vec<usize> =
         sys.contact.active().map(|(k, _)| k).filter(|&k| !sys.can_touch(k)).collect();
     lost.iter().for_each(|&k| switch(sys, k, false));

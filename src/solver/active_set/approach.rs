@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use crate::geometry::Vec3;
-use crate::solver::contact::frame::PUSHABLE;
+use crate::solver::contact::frame::NORMAL_FRACTION_MIN;
 use crate::solver::system::system::System;
 use crate::solver::tools::motion::Motion;
-use crate::solver::tools::way::{LEAST_STEP_REL, way_to};
+use crate::solver::tools::way::{STEP_MIN_REL, distance_along};
 
 /// Gap of a node that touches but for rounding, over the shortest edge.
 pub(super) const TOUCHING_GAP_REL: f64 = 1e-6;
@@ -22,8 +22,8 @@ impl System {
         let ways = of_tool.map(|c| {
             let place = self.position(c.node) - shift;
             let free = self.constraints.free_projector(c.node);
-            let pushes = |normal: &Vec3| (free * normal).norm() > PUSHABLE;
-            way_to(surface, &place, along, [most, reach], pushes).unwrap_or(f64::INFINITY)
+            let pushes = |normal: &Vec3| (free * normal).norm() > NORMAL_FRACTION_MIN;
+            distance_along(surface, &place, along, [most, reach], pushes).unwrap_or(f64::INFINITY)
         });
         let least = ways.reduce(|| f64::INFINITY, f64::min);
         least.is_finite().then_some(least)
@@ -36,9 +36,10 @@ impl System {
         let (own, reach) = (&self.tools[c.tool], self.lengths.longest_edge);
         let place = self.position(c.node) - own.shift();
         let free = self.constraints.free_projector(c.node);
-        let pushes = |normal: &Vec3| (free * normal).norm() > PUSHABLE;
+        let pushes = |normal: &Vec3| (free * normal).norm() > NORMAL_FRACTION_MIN;
         let most = way.max(0.0) + reach;
-        way_to(&own.setup.surface, &place, &own.setup.direction, [most, reach], pushes).is_some()
+        distance_along(&own.setup.surface, &place, &own.setup.direction, [most, reach], pushes)
+            .is_some()
     }
 
     /// How far a tool may be moved along its direction, however far, until it is about to meet the sheet [mm]: in round numbers,
@@ -52,7 +53,7 @@ impl System {
         let nodes =
             (0..self.node_count()).map(|n| (self.position(n) - own.shift()).dot(&direction));
         let most = nodes.fold(f64::NEG_INFINITY, f64::max) - rear;
-        let round = LEAST_STEP_REL * self.lengths.longest_edge;
+        let round = STEP_MIN_REL * self.lengths.longest_edge;
         self.way_to_sheet(tool, &direction, most).map(|way| (way / round).floor() * round)
     }
 

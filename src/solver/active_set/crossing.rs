@@ -4,7 +4,7 @@ use crate::geometry::Vec3;
 use crate::solver::contact::candidate::Candidate;
 use crate::solver::system::system::System;
 use crate::solver::tools::tool::Tool;
-use crate::solver::tools::way::LEAST_STEP_REL;
+use crate::solver::tools::way::STEP_MIN_REL;
 
 /// Cosine between a node's way and the normal of a face that it comes out of.
 const LEAVING_COS: f64 = 0.5;
@@ -41,13 +41,13 @@ impl Entry {
     /// Whether a way that goes on past the tool's border has gone through it.
     fn goes_through(&self, reach: f64) -> bool {
         self.depth > DEEP_REL * reach
-            || (self.inward > ENTERING_COS && self.depth > LEAST_STEP_REL * reach)
+            || (self.inward > ENTERING_COS && self.depth > STEP_MIN_REL * reach)
     }
 
     /// Whether a face with this normal is on another side of the tool.
     fn is_other_side(&self, normal: &Vec3, reach: f64) -> bool {
         let along = self.side.dot(normal);
-        let straight = self.inward > STRAIGHT_COS && self.depth > LEAST_STEP_REL * reach;
+        let straight = self.inward > STRAIGHT_COS && self.depth > STEP_MIN_REL * reach;
         along < OTHER_SIDE_COS || (straight && along < SAME_SIDE_COS)
     }
 }
@@ -80,13 +80,13 @@ impl Candidate {
             }
             if done >= length {
                 return entered.is_some_and(|entry| {
-                    let came_in = entry.at > 0.0 && depth > LEAST_STEP_REL * reach;
+                    let came_in = entry.at > 0.0 && depth > STEP_MIN_REL * reach;
                     (came_in && !held) || entry.is_other_side(&self.foot.normal, reach)
                 });
             }
             let past = foot.past_border && foot.gap.is_finite();
             let clear = if past { (place - foot.point).norm() } else { foot.gap.abs() };
-            done += clear.max(LEAST_STEP_REL * reach);
+            done += clear.max(STEP_MIN_REL * reach);
         }
     }
 }
@@ -102,10 +102,10 @@ impl System {
         self.contact.active().for_each(|(_, c)| held[c.node] = true);
         let gone = |c: &&Candidate| {
             let (x, tool) = (&x[c.node], &self.tools[c.tool]);
-            let way = c.way(x, tool);
+            let way = c.relative_displacement(x, tool);
             let moved = way.norm();
             let leaves = c.foot.past_border || way.dot(&c.foot.normal) > LEAVING_COS * moved;
-            let inside = !held[c.node] && c.foot.gap < -LEAST_STEP_REL * reach;
+            let inside = !held[c.node] && c.foot.gap < -STEP_MIN_REL * reach;
             // What ends farther from the tool than it has moved was never inside.
             let far = moved <= c.foot.gap.abs() || moved <= DEPTH_ROUNDING_REL * reach;
             let looked_at = !far && (leaves || inside || moved > reach);

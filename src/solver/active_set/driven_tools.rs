@@ -6,7 +6,7 @@ use crate::solver::linear::LinearError;
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
-use crate::solver::tools::way::FACING_COS;
+use crate::solver::tools::way::FACING_COS_MIN;
 
 /// A tool moved by force needs something to push against: the node that it comes to first, or its stop where that is nearer.
 /// One that is far away, or only passes by the nodes near it, is brought to the sheet.
@@ -54,7 +54,8 @@ pub(in crate::solver) fn opposed(
 /// stop. Whether there are any.
 pub(in crate::solver) fn oppose(sys: &mut System) -> bool {
     let mut any = false;
-    let faces = |c: &Candidate| c.foot.normal.dot(&sys.tools[c.tool].setup.direction) > FACING_COS;
+    let faces =
+        |c: &Candidate| c.foot.normal.dot(&sys.tools[c.tool].setup.direction) > FACING_COS_MIN;
     for tool in unopposed(sys, faces) {
         if let Some((k, _)) = first_ahead(sys, tool).filter(|&(k, way)| sys.meets(k, way)) {
             switch(sys, k, true);
@@ -82,7 +83,7 @@ pub(in crate::solver) fn first_ahead(sys: &System, tool: usize) -> Option<(usize
     let way = |k: usize| {
         let foot = &sys.contact.candidates[k].foot;
         let facing = foot.normal.dot(&direction);
-        let ahead = foot.gap.is_finite() && facing > FACING_COS;
+        let ahead = foot.gap.is_finite() && facing > FACING_COS_MIN;
         ahead.then(|| foot.gap / facing).filter(|_| sys.can_touch(k))
     };
     let may = |k: &usize| {
@@ -103,7 +104,7 @@ pub(in crate::solver) fn switch(sys: &mut System, k: usize, active: bool) {
     let c = &mut sys.contact.candidates[k];
     c.active = active;
     c.sliding = true;
-    c.fresh = active;
+    c.newly_active = active;
     c.expected = None;
     c.push = 0.0;
 }

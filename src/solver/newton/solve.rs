@@ -15,7 +15,7 @@ use crate::solver::limits::{ContactMethod, Limits};
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::{Residual, System};
 use crate::solver::tools::role::Role;
-use crate::solver::tools::way::FACING_COS;
+use crate::solver::tools::way::FACING_COS_MIN;
 
 /// Corrections in a row that no longer halve from which on what is left is rounding: a single one may be of a node that begins to
 /// stick or to flow.
@@ -285,7 +285,8 @@ pub(in crate::solver) fn bounded_share(sys: &System, correction: &Correction) ->
     let moves = correction.u.chunks_exact(3).map(|du| Vec3::from_column_slice(du).norm());
     let pushed =
         |tool: usize| matches!(sys.roles[tool], Role::Force(_)) && !sys.stops[tool].reached;
-    let tools = correction.travels.iter().filter(|t| pushed(t.0)).map(|t| FACING_COS * t.1.abs());
+    let tools =
+        correction.travels.iter().filter(|t| pushed(t.0)).map(|t| FACING_COS_MIN * t.1.abs());
     let largest = moves.chain(tools).fold(0.0, f64::max);
     let allowed = 2.0 * sys.lengths.longest_edge;
     if largest > allowed { allowed / largest } else { 1.0 }

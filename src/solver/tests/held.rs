@@ -72,7 +72,13 @@ const SMALL: Pressed = Pressed { size: [8.0, 4.0], elements: [4, 2], force: 100.
 
 /// The sheet rubbed by its bed, which moves along `way`, friction 0.3; nodes up to `held` are held along x and y. Force of the
 /// bed [N], work of it and of friction [N mm].
-fn rubbed(sheet: &Pressed, held: f64, way: Vec3, course: Curve, step: f64) -> (Vec3, [f64; 2]) {
+fn friction_ratio(
+    sheet: &Pressed,
+    held: f64,
+    way: Vec3,
+    course: Curve,
+    step: f64,
+) -> (Vec3, [f64; 2]) {
     let ([x, y], [nx, ny], force) = (sheet.size, sheet.elements, sheet.force);
     let mesh = rectangle(x, y, 1.0, nx, ny, 1);
     let mut constraints = Constraints::none(mesh.nodes.len());
@@ -108,7 +114,7 @@ fn rubbed(sheet: &Pressed, held: f64, way: Vec3, course: Curve, step: f64) -> (V
 fn friction_on_nodes_that_are_held_goes_to_what_holds_them() {
     for way in [Vec3::x(), Vec3::new(0.6, 0.8, 0.0)] {
         for held in [0.0, 4.0, 8.0] {
-            let (force, [work, friction]) = rubbed(&SMALL, held, way, Curve::to(0.05), 0.2);
+            let (force, [work, friction]) = friction_ratio(&SMALL, held, way, Curve::to(0.05), 0.2);
             let along = force.dot(&way);
             assert!((along / 30.0 - 1.0).abs() < 1e-3, "{held}: {along}");
             let across = (force - way * along).xy().norm();
@@ -123,7 +129,7 @@ fn friction_on_nodes_that_are_held_goes_to_what_holds_them() {
 #[test]
 fn friction_that_turns_round_does_the_work_of_its_way() {
     let course = Curve::new(vec![(0.0, 0.0), (0.25, 0.05), (0.75, -0.05), (1.0, 0.0)]);
-    let (_, [work, friction]) = rubbed(&SMALL, 0.0, Vec3::x(), course, 0.125);
+    let (_, [work, friction]) = friction_ratio(&SMALL, 0.0, Vec3::x(), course, 0.125);
     assert!((friction / 6.0 - 1.0).abs() < 0.02, "{friction}");
     assert!((work / friction - 1.0).abs() < 0.02, "{work} {friction}");
 }
@@ -135,7 +141,7 @@ fn nodes_that_lift_off_as_friction_turns_round_have_done_its_work() {
     let sheet = Pressed { size: [10.0, 10.0], elements: [6, 6], force: 500.0 };
     for step in [0.5, 0.1] {
         let course = Curve::new(vec![(0.0, 0.0), (0.5, 1.0), (1.0, -1.0)]);
-        let (force, [work, friction]) = rubbed(&sheet, 0.0, Vec3::y(), course, step);
+        let (force, [work, friction]) = friction_ratio(&sheet, 0.0, Vec3::y(), course, step);
         assert!((force.y / -150.0 - 1.0).abs() < 1e-3, "{step}: {force}");
         assert!((friction / 450.0 - 1.0).abs() < 2e-3, "{step}: {friction}");
         assert!((work / friction - 1.0).abs() < 1e-3, "{step}: {work} {friction}");

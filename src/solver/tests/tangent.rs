@@ -42,7 +42,7 @@ fn pressed(mu: f64, stiffness: Option<f64>) -> System {
         let inside = clear(foot.eta) && clear(foot.zeta) && foot.location == Location::Inside;
         sys.contact.candidates[k].active = sys.can_touch(k) && inside && sys.lambda(k) > 0.0;
         sys.contact.candidates[k].sliding = false;
-        sys.contact.candidates[k].fresh = true;
+        sys.contact.candidates[k].newly_active = true;
     }
     sys.set_scales(stiffness);
     // Small enough for both branches of the friction law to occur.
@@ -58,7 +58,7 @@ fn update(sys: &mut System) {
 fn residual(sys: &mut System) -> (Vec<f64>, Vec<bool>) {
     update(sys);
     for c in &mut sys.contact.candidates {
-        (c.sliding, c.fresh) = (false, true);
+        (c.sliding, c.newly_active) = (false, true);
     }
     sys.assemble();
     (sys.residual_vector(), sys.conditions.iter().map(|c| c.slipping).collect())

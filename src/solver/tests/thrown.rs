@@ -4,7 +4,7 @@ use super::{body, setup, steel, tool};
 use crate::contact::test_tools::Builder;
 use crate::geometry::Vec3;
 use crate::solver::active_set::driven_tools::{keep_pushed_tools, oppose};
-use crate::solver::newton::solve::bounded_share;
+use crate::solver::newton::solve::step_length_limit;
 use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::System;
@@ -68,6 +68,6 @@ fn a_correction_throws_no_tool_off() {
         travels: vec![(0, travel)],
         foretold: Vec::new(),
     };
-    assert!(bounded_share(&sys, &of(-3e16)) * 3e16 < 50.0 * sys.lengths.longest_edge);
-    assert!((bounded_share(&sys, &of(10.0)) - 1.0).abs() < 1e-15);
+    assert!(step_length_limit(&sys, &of(-3e16)) * 3e16 < 50.0 * sys.lengths.longest_edge);
+    assert!((step_length_limit(&sys, &of(10.0)) - 1.0).abs() < 1e-15);
 }

@@ -19,7 +19,7 @@ use crate::scene::read::read_for_check;
 use crate::scene::types::{BlankShape, Course, Drive};
 use crate::scene::{Plan, SceneError, read};
 use crate::solver::SimulationSetup;
-use crate::solver::reach::{leave_out, reachable};
+use crate::solver::reach::{exclude_unreachable, reachable};
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
@@ -243,7 +243,7 @@ fn print_judgement(plan: &Plan, judged: &Judged, judgement: &Judgement<'_>) {
 }
 
 fn print_left_out(plan: &Plan, setup: &mut SimulationSetup) -> Result<(), Failure> {
-    let (left_out, _) = leave_out(setup).map_err(Failure::input)?;
+    let (left_out, _) = exclude_unreachable(setup).map_err(Failure::input)?;
     for left in &left_out {
         let tool = &plan.scene.tools[left.tool].name;
         out!("  auto       leaves out {} of {} patches of {tool}", left.patches, left.of);

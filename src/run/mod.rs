@@ -34,7 +34,7 @@ use std::time::Instant;
 use crate::cancel::{Cancel, Section};
 use crate::report::record::{LeftOutRecord, RunRecord, Verdict};
 use crate::scene::Plan;
-use crate::solver::reach::{Guard, LeftOut, leave_out, reachable};
+use crate::solver::reach::{ExcludedPatches, Guard, exclude_unreachable, reachable};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
 pub use error::{CheckpointError, RunError};
@@ -84,7 +84,7 @@ pub fn run(
         prepare(plan, scene_path, options.auto)?;
     let _lock = alone_in(output, options)?;
     let section = options.stop.section();
-    simulation.heed(options.stop.clone());
+    simulation.set_cancel(options.stop.clone());
     let run = Run { plan, scene_path, output, options, guard, start };
     let mut folder = if options.restart {
         run.restored_folder(&mut simulation)?
@@ -131,12 +131,12 @@ fn prepare(plan: &Plan, scene_path: &Path, auto: bool) -> Result<Prepared, RunEr
     }
     let holders = advice::holder::holders(&setup, &reachable(&setup));
     let (left_out, guard) = if auto {
-        let (left_out, guard) = leave_out(&mut setup).map_err(not_begun)?;
+        let (left_out, guard) = exclude_unreachable(&mut setup).map_err(not_begun)?;
         (left_out, Some(guard))
     } else {
         (Vec::new(), None)
     };
-    let record = |left: &LeftOut| LeftOutRecord {
+    let record = |left: &ExcludedPatches| LeftOutRecord {
         tool: plan.scene.tools[left.tool].name.clone(),
         patches: left.patches,
         of: left.of,
@@ -226,11 +226,11 @@ impl Run<'_> {
         simulation: &Simulation,
         folder: &mut RunFolder,
     ) -> Result<(), RunError> {
-        let found = self.guard.as_ref().and_then(|guard| guard.breach(simulation));
+        let found = self.guard.as_ref().and_then(|guard| guard.find_violation(simulation));
         let Some((tool, node)) = found else { return Ok(()) };
         let (tool, folder_path) = (self.plan.scene.tools[tool].name.clone(), folder.path.clone());
         let increment = simulation.summary().increments;
-        let error = RunError::LeftOut { increment, tool, node, folder: folder_path };
+        let error = RunError::ExcludedPatches { increment, tool, node, folder: folder_path };
         folder.write_last_state(simulation, Some(node))?;
         folder.finish(Verdict::NotConverged, Some(error.to_string()), self.start)?;
         Err(error)

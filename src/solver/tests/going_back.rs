@@ -86,7 +86,7 @@ fn a_punch_let_go_leaves_the_part_in_the_die() {
     assert!((after - depth).abs() < 0.5, "the part went from {depth} to {after} mm");
     assert!(left.iter().chain(none).all(|force| force.abs() < 1e-6 * pressed[1]), "{left:?}");
     assert!(energies.left_behind.abs() < 0.01 * energies.external, "{energies:?}");
-    assert!(energies.open().abs() < 0.01 * energies.external, "{energies:?}");
+    assert!(energies.imbalance().abs() < 0.01 * energies.external, "{energies:?}");
     // Its force falls with the punch going back in contact.
     let off = || course.iter().filter(|row| row.0 == 3);
     assert!(off().next().unwrap().3 > 0);

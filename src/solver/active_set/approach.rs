@@ -31,7 +31,7 @@ impl System {
     }
 
     /// Whether a tool travelling along its direction meets the node of a candidate near its foot point, at the
-    /// distance `distance` [mm]. False for a node beside the tool whose foot point lies on a face that bulges towards it.
+    /// given `distance` [mm]. False for a node beside the tool whose foot point lies on a face that bulges towards it.
     pub(in crate::solver) fn meets(&self, k: usize, distance: f64) -> bool {
         let c = &self.contact.candidates[k];
         let (own, reach) = (&self.tools[c.tool], self.lengths.longest_edge);

@@ -24,7 +24,7 @@ pub struct ElementMatrices {
     pub tangent: [[f64; DOFS]; DOFS],
     /// Stored elastic energy [N mm].
     pub elastic_energy: f64,
-    /// Plastic work since the beginning [N mm].
+    /// Plastic work since the start [N mm].
     pub plastic_work: f64,
     /// Artificial (hourglass) energy: work of the stabilisation since the start [N mm].
     pub artificial_work: f64,

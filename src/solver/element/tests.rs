@@ -46,7 +46,7 @@ const SHELL_ENHANCED: ElementKind = ElementKind::SolidShell { points: 3, membran
 
 const ALL: [ElementKind; 4] = [ElementKind::Hex8, ElementKind::Hex8Enhanced, SHELL, SHELL_ENHANCED];
 
-/// Evaluates at `u` until the internal modes have settled.
+/// Evaluates at `u` until the internal modes have converged.
 fn converge_modes(body: &mut Body, u: &[f64], out: &mut Evaluation) {
     for _ in 0..30 {
         body.evaluate(u, Want::ResidualAndTangent, out).unwrap();
@@ -175,7 +175,7 @@ fn plastic_tangent_is_the_derivative_of_the_force() {
     }
 }
 
-/// Restoring and a round trip through bytes repeat the forces to the bit.
+/// After restoring, or a round trip through bytes, the forces are bit-identical.
 #[test]
 fn restored_and_imported_states_repeat_to_the_bit() {
     for kind in ALL {

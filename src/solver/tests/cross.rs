@@ -1,4 +1,4 @@
-//! The quarter cross tool, coarse: the demo's process on hand-made tools.
+//! Quarter of the cross tool, coarse mesh: the process of the demo with analytic tools.
 
 use std::sync::Arc;
 

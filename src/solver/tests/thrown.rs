@@ -1,4 +1,4 @@
-//! Tools moved by force that nothing resists: how far a correction may take them, and which node they come to.
+//! Tools driven by force without resistance: limit of their correction, and the first node along their direction.
 
 use super::{body, setup, steel, tool};
 use crate::contact::test_tools::Builder;
@@ -11,8 +11,8 @@ use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 use crate::solver::{Constraints, SheetSide, Simulation};
 
-/// A sheet that goes down in stairs of 4 mm, one node each 2 mm, and a rod of radius 2 mm pushed down with its middle at
-/// x = 8.5, z = 10.
+/// A sheet descending in steps of 4 mm, one node every 2 mm, and a rod of radius 2 mm pushed down with its axis at x
+/// = 8.5, z = 10.
 fn rod_over_stairs() -> System {
     let mut mesh = rectangle(20.0, 2.0, 1.0, 10, 1, 1);
     mesh.nodes.iter_mut().for_each(|x| x.z += (2.0 * (10.0 - x.x)).clamp(0.0, 12.0));
@@ -30,7 +30,7 @@ fn rod_over_stairs() -> System {
     sys
 }
 
-/// The node at x = 6 is nearest, and the rod passes it by.
+/// The node at x = 6 is closest, and the rod passes it.
 #[test]
 fn a_force_pushes_a_tool_onto_a_node_in_its_way() {
     let mut sys = rod_over_stairs();
@@ -41,7 +41,7 @@ fn a_force_pushes_a_tool_onto_a_node_in_its_way() {
     assert!((sys.tools[0].travel - way).abs() < 0.1, "{}", sys.tools[0].travel);
 }
 
-/// A node that has slid round an edge touches a wall that the tool's way goes along, which held the tool as nothing else did.
+/// A node that has slid around an edge touches a wall parallel to the direction of the tool, its only contact.
 #[test]
 fn a_tool_that_touches_with_a_wall_comes_to_the_next_node() {
     let mut sys = rod_over_stairs();
@@ -58,8 +58,8 @@ fn a_tool_that_touches_with_a_wall_comes_to_the_next_node() {
     assert!(at.len() == 1 && (at[0] - 8.0).abs() < 1e-9, "{at:?}");
 }
 
-/// Where the sheet went along with a tool the matrix had nothing but rounding to divide by: it was thrown by 3e16 mm, and no
-/// search from there ended.
+/// If the sheet moves with a tool, the pivot of the matrix is rounding: the correction was 3e16 mm, beyond the range
+/// of the search.
 #[test]
 fn a_correction_throws_no_tool_off() {
     let sys = rod_over_stairs();

@@ -97,19 +97,19 @@ pub struct BackstressCard {
     pub gamma: f64,
 }
 
-/// Why a card gives no material.
+/// Reason why a card defines no valid material.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CardError {
     /// No such card in the library.
     #[error("no material card is called '{name}'; the library has: {known}")]
     Unknown {
-        /// Name asked for.
+        /// Requested name.
         name: String,
-        /// Names there are.
+        /// Known names.
         known: String,
     },
-    /// `yield` without `hardening` or the other way round, or backstresses without either.
+    /// `yield` without `hardening` or vice versa, or backstresses without either.
     #[error(
         "material '{name}': {missing} is missing; a plastic material needs both yield and hardening, an elastic one neither, and no backstresses"
     )]
@@ -119,16 +119,16 @@ pub enum CardError {
         /// Key that is missing.
         missing: &'static str,
     },
-    /// A number out of its range.
+    /// A value out of range.
     #[error("material '{name}', {key}: found {found}; allowed: {allowed}")]
     Value {
         /// Card.
         name: String,
-        /// Key of the card, or what its keys make.
+        /// Key of the card, or a quantity derived from several keys.
         key: String,
-        /// What was found.
+        /// Value found.
         found: f64,
-        /// What is allowed.
+        /// Allowed values.
         allowed: String,
     },
 }

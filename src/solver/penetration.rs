@@ -84,11 +84,11 @@ impl Simulation {
     #[must_use]
     pub fn inside(&self) -> Vec<Inside> {
         let sys = &self.sys;
-        let there = sys.tools.iter().zip(&sys.roles).filter(|(_, role)| **role != Role::Absent);
+        let present = sys.tools.iter().zip(&sys.roles).filter(|(_, role)| **role != Role::Absent);
         let place = |node: usize| sys.position(node);
         let size = sys.lengths.longest_edge;
         let of =
             |(tool, _): (&Tool, _)| inside(&tool.setup, tool.shift(), sys.body.mesh(), place, size);
-        there.filter_map(of).collect()
+        present.filter_map(of).collect()
     }
 }

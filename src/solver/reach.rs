@@ -63,13 +63,16 @@ pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
         Vec3::from_fn(|k, _| pushed[k].max(if driven(k) { load_displacement[k] } else { 0.0 }));
     // A tool driven by force reaches the sheet from any distance.
     let forced = |k: usize| setup.stages.iter().any(|s| matches!(s.motions[k], Motion::Force(_)));
-    let near = |(index, (tool, own)): (usize, (&ToolSetup, &Option<[f64; 2]>))| -> Vec<bool> {
-        let unknown = || [-total_travel, if forced(index) { f64::INFINITY } else { total_travel }];
-        let zone = seen_from(tool, own.unwrap_or_else(unknown), sheet, &may_move, margin);
-        let meets = |b: &Aabb| (0..3).all(|k| b.min[k] <= zone.max[k] && b.max[k] >= zone.min[k]);
-        tool.surface.patch_bounds().iter().map(meets).collect()
-    };
-    setup.tools.iter().zip(&travels).enumerate().map(near).collect()
+    let reachable_patches =
+        |(index, (tool, own)): (usize, (&ToolSetup, &Option<[f64; 2]>))| -> Vec<bool> {
+            let unknown =
+                || [-total_travel, if forced(index) { f64::INFINITY } else { total_travel }];
+            let zone = seen_from(tool, own.unwrap_or_else(unknown), sheet, &may_move, margin);
+            let meets =
+                |b: &Aabb| (0..3).all(|k| b.min[k] <= zone.max[k] && b.max[k] >= zone.min[k]);
+            tool.surface.patch_bounds().iter().map(meets).collect()
+        };
+    setup.tools.iter().zip(&travels).enumerate().map(reachable_patches).collect()
 }
 
 /// Component of a distance along an axis with this direction cosine: zero normal to the axis, even for infinite
@@ -138,9 +141,9 @@ pub fn exclude_unreachable(
     let reach = edge_lengths(setup.body.mesh()).longest_edge;
     let mut guard = Guard { reach, tools: Vec::new() };
     let mut out = Vec::new();
-    for (tool, kept) in reachable(setup).into_iter().enumerate() {
-        let of = kept.len();
-        let patches = kept.iter().filter(|k| !**k).count();
+    for (tool, is_reachable) in reachable(setup).into_iter().enumerate() {
+        let of = is_reachable.len();
+        let patches = is_reachable.iter().filter(|k| !**k).count();
         // A tool completely out of reach is an error of the scene and remains visible.
         if patches == 0 || patches == of {
             guard.tools.push(None);
@@ -148,9 +151,10 @@ pub fn exclude_unreachable(
         }
         let surface = &setup.tools[tool].surface;
         let boxes = surface.patch_bounds();
-        let excluded = boxes.iter().zip(&kept).map(|(b, k)| if *k { Aabb::EMPTY } else { *b });
+        let excluded =
+            boxes.iter().zip(&is_reachable).map(|(b, k)| if *k { Aabb::EMPTY } else { *b });
         guard.tools.push(Some(BoxTree::build(&excluded.collect::<Vec<_>>())));
-        let reduced = surface.keeping(&kept);
+        let reduced = surface.keeping(&is_reachable);
         setup.tools[tool].surface = Arc::new(reduced);
         out.push(ExcludedPatches { tool, patches, of });
     }
@@ -181,13 +185,15 @@ impl Guard {
                 (SheetSide::Both, level) => level == 0 || level + 1 == levels,
             };
             let limit = self.reach * self.reach;
-            let near = |&n: &usize| {
+            let is_near_excluded = |&n: &usize| {
                 let at = mesh.nodes[n] + Vec3::from_column_slice(&u[3 * n..3 * n + 3]);
                 // A visit means a box within the limit; the search then ends.
                 tree.nearest(&(at - shifts[tool]), limit, |_, _| -1.0) < 0.0
             };
-            let found =
-                (0..mesh.nodes.len()).into_par_iter().filter(|&n| is_candidate(n)).find_first(near);
+            let found = (0..mesh.nodes.len())
+                .into_par_iter()
+                .filter(|&n| is_candidate(n))
+                .find_first(is_near_excluded);
             if let Some(node) = found {
                 return Some((tool, node));
             }
@@ -255,14 +261,14 @@ mod tests {
         // moves down by 1.
         let height = 0.5 + 1.0 + 1.0 + 1.0 + 1.0 - 0.5;
         let boxes = setup.tools[0].surface.patch_bounds();
-        let kept = &reachable(&setup)[0];
-        assert!(boxes.iter().zip(kept).all(|(b, k)| *k == (b.min.z <= height)));
-        assert!(kept.iter().any(|k| *k) && kept.iter().any(|k| !*k));
+        let is_reachable = &reachable(&setup)[0];
+        assert!(boxes.iter().zip(is_reachable).all(|(b, k)| *k == (b.min.z <= height)));
+        assert!(is_reachable.iter().any(|k| *k) && is_reachable.iter().any(|k| !*k));
         // For a tool driven by force only, and a sheet moved by loads, no depth is known: only patches beside the
         // sheet are excluded.
-        let beside = |kept: &[bool]| {
+        let beside = |is_reachable: &[bool]| {
             let over = |b: &Aabb| b.min.x <= 6.0 && b.min.y <= 6.0;
-            boxes.iter().zip(kept).all(|(b, k)| *k == over(b))
+            boxes.iter().zip(is_reachable).all(|(b, k)| *k == over(b))
         };
         let forced = ball_over_sheet(Motion::Force(Curve::constant(1.0)));
         assert!(beside(&reachable(&forced)[0]));

@@ -41,8 +41,8 @@ pub(in crate::solver) fn gave_up(
     let node = failed_node(sys, &cause);
     let x = sys.position(node);
     let name = |tool: usize| sys.tools[tool].setup.name.as_str();
-    let there = (0..sys.tools.len()).filter(|&tool| sys.roles[tool] != Role::Absent);
-    let nearest = there
+    let present = (0..sys.tools.len()).filter(|&tool| sys.roles[tool] != Role::Absent);
+    let nearest = present
         .map(|tool| (sys.tools[tool].closest(&x, None).gap.abs(), tool))
         .min_by(|a, b| a.0.total_cmp(&b.0));
     let tool = match &cause {
@@ -95,7 +95,7 @@ fn excess_loads(sim: &Simulation, stage: &Stage, share: f64) -> String {
     const PAST: &str =
         "the sheet may not carry it (drive it by `travel_mm` to pass a maximum of the force). ";
     let sys = &sim.sys;
-    let gone = removed_tools(sim, stage);
+    let removed = removed_tools(sim, stage);
     let mut out = String::new();
     for (tool, motion) in stage.motions.iter().enumerate() {
         let Motion::Force(curve) = motion else { continue };
@@ -103,8 +103,8 @@ fn excess_loads(sim: &Simulation, stage: &Stage, share: f64) -> String {
         let grows = curve.starting_at(pushes).rates(share)[1] > 0.0 && !sys.stops[tool].reached;
         let why = if grows {
             "and its force increases".into()
-        } else if pushes > 0.0 && !gone.is_empty() {
-            format!("while the stage removes {gone}")
+        } else if pushes > 0.0 && !removed.is_empty() {
+            format!("while the stage removes {removed}")
         } else {
             continue;
         };
@@ -112,10 +112,10 @@ fn excess_loads(sim: &Simulation, stage: &Stage, share: f64) -> String {
         out += &format!("`{name}` pushes with {pushes:.4e} N, {why}: ");
         out += &friction_capacity(sys, tool).map_or_else(
             || PAST.into(),
-            |most| {
+            |capacity| {
                 format!(
                     "only friction holds it along its direction, with {:.4e} N at the present normal forces (press it harder, or move it by `travel_mm`). ",
-                    most * sim.share
+                    capacity * sim.share
                 )
             },
         );
@@ -136,8 +136,8 @@ fn removed_tools(sim: &Simulation, stage: &Stage) -> String {
         Motion::Absent => before.is_some_and(|before| before[tool] != Motion::Absent),
         _ => false,
     };
-    let gone = (0..stage.motions.len()).filter(|&tool| goes(tool));
-    let names: Vec<&str> = gone.map(|tool| sim.sys.tools[tool].setup.name.as_str()).collect();
+    let removed = (0..stage.motions.len()).filter(|&tool| goes(tool));
+    let names: Vec<&str> = removed.map(|tool| sim.sys.tools[tool].setup.name.as_str()).collect();
     names.join(", ")
 }
 
@@ -145,7 +145,7 @@ fn removed_tools(sim: &Simulation, stage: &Stage) -> String {
 /// parallel to its direction; `None` if it had other contacts or none.
 fn friction_capacity(sys: &System, tool: usize) -> Option<f64> {
     let direction = sys.tools[tool].setup.direction;
-    let mut most = None;
+    let mut capacity = None;
     for (c, (touched, force)) in sys.contact.candidates.iter().zip(sys.contact.before()) {
         if c.tool != tool || !touched {
             continue;
@@ -158,7 +158,7 @@ fn friction_capacity(sys: &System, tool: usize) -> Option<f64> {
         if normal.dot(&direction).abs() > FACING_COS_MIN * normal.norm() {
             return None;
         }
-        *most.get_or_insert(0.0) += sys.law(tool).mu * normal.norm();
+        *capacity.get_or_insert(0.0) += sys.law(tool).mu * normal.norm();
     }
-    most
+    capacity
 }

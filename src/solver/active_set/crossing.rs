@@ -56,7 +56,7 @@ impl Entry {
 impl Candidate {
     /// Whether the node has crossed the tool since the last equilibrium: it is on the far side, or inside although it
     /// came from outside and has no contact (`held`). The relative path is traced in steps of the distance from the
-    /// tool, at least [`STEP_MIN_REL`]` * reach`. A path that enters and exits on the same side is a chord, as of a
+    /// tool, at least [`STEP_MIN_REL`] times `reach`. A path that enters and exits on the same side is a chord, as of a
     /// node that slid around a radius or separated. A path that exits past the border slid off the tool, unless it
     /// was deep inside or entered steeply.
     fn passed_through(&self, x: &Vec3, tool: &Tool, reach: f64, held: bool) -> bool {

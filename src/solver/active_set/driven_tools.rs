@@ -13,10 +13,10 @@ use crate::solver::tools::way::FACING_COS_MIN;
 pub(in crate::solver) fn keep_pushed_tools(sys: &mut System) -> usize {
     let mut changes = 0;
     for tool in unopposed(sys, |_| true) {
-        let seen = first_along_direction(sys, tool);
-        let met = seen.filter(|&(k, distance)| sys.meets(k, distance));
-        let clear_travel = if met.is_none() { sys.clear_travel(tool) } else { None };
-        let near = if clear_travel.is_none() { seen } else { None };
+        let first_candidate = first_along_direction(sys, tool);
+        let reachable = first_candidate.filter(|&(k, distance)| sys.meets(k, distance));
+        let clear_travel = if reachable.is_none() { sys.clear_travel(tool) } else { None };
+        let near = if clear_travel.is_none() { first_candidate } else { None };
         let distance = near.map(|n| n.1).or(clear_travel).unwrap_or(f64::INFINITY);
         if sys.stops[tool].at - sys.tools[tool].travel < distance {
             sys.stops[tool].reached = true;

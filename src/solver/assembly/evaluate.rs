@@ -69,8 +69,8 @@ impl Elements<'_> {
                 continue;
             }
             own.iter().for_each(|block| sums.add(block));
-            let answers = Assembly { gather, blocks, want: self.want };
-            answers.sum(&band.nodes, out);
+            let assembly = Assembly { gather, blocks, want: self.want };
+            assembly.sum(&band.nodes, out);
         }
         out.set_sums(sums);
         failure

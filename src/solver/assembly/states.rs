@@ -44,17 +44,17 @@ impl Body {
 
 /// Weighted means of the points.
 fn weighted_mean(points: impl Iterator<Item = (Option<PointState>, f64)>) -> Option<ElementState> {
-    let (mut out, mut whole) = (ElementState::default(), 0.0);
+    let (mut out, mut weight_sum) = (ElementState::default(), 0.0);
     for (point, weight) in points {
         let point = point?;
-        whole += weight;
+        weight_sum += weight;
         out.mean.plastic_strain += weight * point.plastic_strain;
         out.mean.equivalent_stress += weight * point.equivalent_stress;
         out.mean.pressure += weight * point.pressure;
         out.largest_plastic_strain = out.largest_plastic_strain.max(point.plastic_strain);
     }
     let PointState { plastic_strain, equivalent_stress, pressure } = &mut out.mean;
-    [plastic_strain, equivalent_stress, pressure].into_iter().for_each(|sum| *sum /= whole);
+    [plastic_strain, equivalent_stress, pressure].into_iter().for_each(|sum| *sum /= weight_sum);
     Some(out)
 }
 

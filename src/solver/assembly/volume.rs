@@ -62,9 +62,9 @@ impl Body {
             (0..4).map(over).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
         };
         let elements = (0..self.mesh.elements.len()).into_par_iter();
-        let turned =
+        let inverted =
             elements.map(|k| (k, smallest_ratio(k))).find_first(|(_, (_, ratio))| *ratio <= 0.0);
-        turned.map_or(Ok(()), |(element, (point, ratio))| {
+        inverted.map_or(Ok(()), |(element, (point, ratio))| {
             Err(ElementFailure { element, point, reason: FailureReason::Inverted { ratio } })
         })
     }

@@ -45,7 +45,7 @@ pub(in crate::solver) struct Candidate {
 /// Estimate of the force of a tool on a node before equilibrium is reached [N].
 #[derive(Debug, Clone, Copy)]
 pub(in crate::solver) enum Expected {
-    /// Normal force of the last equilibrium; friction follows from the slip.
+    /// Force of the last equilibrium, of which the normal part is used; friction follows from the slip.
     AsLast(Vec3),
     /// Force predicted by the last correction.
     Foretold(Vec3),
@@ -170,8 +170,8 @@ impl Candidate {
             self.anchor = self.start;
         }
         self.overshoot = if foot.past_border {
-            let off = x - tool.shift() - foot.point;
-            (off - foot.normal * foot.normal.dot(&off)).norm() / (OVERHANG_REL * reach)
+            let offset = x - tool.shift() - foot.point;
+            (offset - foot.normal * foot.normal.dot(&offset)).norm() / (OVERHANG_REL * reach)
         } else {
             0.0
         };
@@ -187,8 +187,8 @@ impl Candidate {
     fn elastic_slip(&self, transition: f64) -> Vec3 {
         let from_anchor = self.foot.point - self.anchor;
         let slip = from_anchor - self.foot.normal * self.foot.normal.dot(&from_anchor);
-        let (size, most) = (slip.norm(), RISEN * transition);
-        if size > most { slip * (most / size) } else { slip }
+        let (size, elastic_max) = (slip.norm(), RISEN * transition);
+        if size > elastic_max { slip * (elastic_max / size) } else { slip }
     }
 }
 
@@ -224,21 +224,21 @@ impl ContactSet {
     }
 
     /// Makes the current foot points the reference of the next increment. Friction has the given `transition` [mm]
-    /// and `forces` at the candidates [N]. Forces up to `least` count as zero; without a force no slip is remembered.
+    /// and `forces` at the candidates [N]. Forces up to `force_min` count as zero; without a force no slip is remembered.
     pub(in crate::solver) fn commit(
         &mut self,
         x: &[Vec3],
         (tools, present): (&[Tool], &[bool]),
         transition: f64,
         forces: &[Force],
-        least: f64,
+        force_min: f64,
     ) {
         let candidates = self.candidates.iter_mut().zip(&mut self.saved);
         for ((c, saved), &force) in candidates.zip(forces) {
             c.before = present[c.tool].then(|| x[c.node] - tools[c.tool].shift());
             c.touched = c.active;
             c.start = c.foot.point;
-            let is_loaded = force.normal().norm() > least;
+            let is_loaded = force.normal().norm() > force_min;
             let remains_loaded = c.active && saved.active && is_loaded;
             let remembered_slip =
                 if remains_loaded { c.elastic_slip(transition) } else { Vec3::zeros() };

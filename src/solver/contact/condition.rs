@@ -70,8 +70,9 @@ pub(in crate::solver) fn resistance(
     let (weight, gradient) = law.weight(&slip);
     let weight = weight.max(scales.rounding);
     let along = frame.tangent * slip / weight;
-    let turn = frame.tangent - along * (frame.tangent * gradient).transpose();
-    frame.curvature * lambda + turn * (law.mu * scales.of_note(lambda).max(0.0) / weight)
+    let slip_direction_rate = frame.tangent - along * (frame.tangent * gradient).transpose();
+    frame.curvature * lambda
+        + slip_direction_rate * (law.mu * scales.of_note(lambda).max(0.0) / weight)
 }
 
 /// Conditions of a node in contact. `p` is its position in the frame of the tool, `r` the force at the node, `free`
@@ -231,8 +232,8 @@ fn stick_or_slip(c: &Candidate, law: Coulomb, at: FrictionPoint, scales: Scales)
 /// its nodes would alternate in direction.
 fn slip_stiffness(force: f64, slip: f64, mesh: f64) -> f64 {
     // Limited, so that rounding of `s` has no effect.
-    let most = 10.0 * mesh;
-    if force > 0.0 && most * slip > 1.5 * force { 1.5 * force / slip } else { mesh }
+    let stiffness_max = 10.0 * mesh;
+    if force > 0.0 && stiffness_max * slip > 1.5 * force { 1.5 * force / slip } else { mesh }
 }
 
 /// Adds the constrained directions of a node to its condition: `k (u - held) = 0`.

@@ -112,14 +112,18 @@ pub(in crate::solver) fn whole_force(foot: &Projection, free: &Mat3, force: Vec3
     }
 }
 
-/// Displacement in the free directions of a node with the same effect on the gap as the tool displacement `way`. It
+/// Displacement in the free directions of a node with the same effect on the gap as the tool displacement `tool_displacement`. It
 /// transfers the travel of a tool to the conditions of the node, and their response to the force of the tool.
-pub(in crate::solver) fn seen_from(foot: &Projection, free: &Mat3, way: Vec3) -> Vec3 {
+pub(in crate::solver) fn seen_from(
+    foot: &Projection,
+    free: &Mat3,
+    tool_displacement: Vec3,
+) -> Vec3 {
     let (along, held, square) = parts(foot, free);
     if square > NORMAL_FRACTION_MIN * NORMAL_FRACTION_MIN {
-        way + along * (held.dot(&way) / square)
+        tool_displacement + along * (held.dot(&tool_displacement) / square)
     } else {
-        way
+        tool_displacement
     }
 }
 

@@ -29,9 +29,14 @@ impl HeldFriction {
         any.then_some(Self { linear: by_lambda * lambda, by_lambda, by_slip })
     }
 
-    /// Change for a change `force` [N] of the nodal force and a relative displacement `way` [mm].
-    pub(in crate::solver) fn change(&self, normal: &Vec3, force: &Vec3, way: &Vec3) -> Vec3 {
-        self.by_lambda * normal.dot(force) + self.by_slip * way
+    /// Change for a change `force` [N] of the nodal force and a relative displacement `relative_displacement` [mm].
+    pub(in crate::solver) fn change(
+        &self,
+        normal: &Vec3,
+        force: &Vec3,
+        relative_displacement: &Vec3,
+    ) -> Vec3 {
+        self.by_lambda * normal.dot(force) + self.by_slip * relative_displacement
     }
 
     /// Difference between the linearised law and the given `force` [N] of the law at the iterate.

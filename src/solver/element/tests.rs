@@ -177,13 +177,13 @@ fn plastic_tangent_is_the_derivative_of_the_force() {
 
 /// After restoring, or a round trip through bytes, the forces are bit-identical.
 #[test]
-fn restored_and_imported_states_repeat_to_the_bit() {
+fn restored_and_imported_states_are_bit_identical() {
     for kind in ALL {
-        repeats_to_the_bit(kind);
+        check_bit_identity(kind);
     }
 }
 
-fn repeats_to_the_bit(kind: ElementKind) {
+fn check_bit_identity(kind: ElementKind) {
     let mesh = hex_mesh::rectangle(3.0, 2.0, 0.8, 3, 2, 2);
     let count = 3 * mesh.nodes.len();
     let mut body = Body::new(mesh.clone(), kind, sheet()).unwrap();
@@ -206,7 +206,7 @@ fn repeats_to_the_bit(kind: ElementKind) {
 }
 
 #[test]
-fn threads_do_not_change_the_bits() {
+fn results_do_not_depend_on_threads() {
     let mesh = hex_mesh::rectangle(9.0, 7.0, 0.8, 9, 7, 2);
     let u: Vec<f64> = pseudo_random(2, 3 * mesh.nodes.len()).iter().map(|x| 0.02 * x).collect();
     let run = |kind: ElementKind, threads: usize| {

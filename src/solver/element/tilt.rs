@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pressed_element_holds_its_fibres() {
+    fn a_pressed_element_is_stabilised() {
         for kind in [SHELL, ElementKind::Hex8Enhanced] {
             let mut element = Element::new(kind);
             let (u, out) = element.moved(&pressed(0.1), 0.01);
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn an_element_that_nothing_presses_is_as_it_was() {
+    fn an_element_without_pressure_is_not_stabilised() {
         let stretched = Mat3::from_diagonal(&Vec3::new(1.1, 0.96, 0.95));
         let bent = Mat3::from_diagonal(&Vec3::new(1.02, 1.0, 0.98));
         for (kind, gradient, curvature) in [
@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn strains_do_not_see_a_rotation_and_have_these_derivatives() {
+    fn strains_are_rotation_invariant_with_exact_derivatives() {
         let element = Element::new(SHELL);
         let fibres = |u: &[f64; DOFS]| {
             Fibres::new(&ElementInput {

@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn solutions_are_right_and_singular_matrices_are_told() {
+    fn solutions_are_correct_and_singular_matrices_are_detected() {
         let n = 150;
         let entries: Vec<f64> = (0..n * n).map(|k| (k as f64 * 0.37).sin()).collect();
         let x: Vec<f64> = (0..n).map(|k| (k as f64).cos()).collect();

@@ -65,12 +65,12 @@ impl<'a> Update<'a> {
         }
         let mut first = first.iter();
         for (x, base) in rhs.iter_mut().zip(&base) {
-            let met = match base {
+            let product = match base {
                 Some((given, known)) => Some(self.subtract_known(x, given, known)),
                 None => first.next().map(|y| self.changes_times(y)),
             };
-            if let Some(met) = met {
-                let m = self.capacitance.solve(&met);
+            if let Some(product) = product {
+                let m = self.capacitance.solve(&product);
                 self.changed.rows.iter().zip(m).for_each(|(&row, m)| x[row] -= m);
             }
         }
@@ -91,12 +91,12 @@ impl<'a> Update<'a> {
     /// Returns `D A⁻¹` of the original `x`: `D known + D Z` times the difference.
     fn subtract_known(&self, x: &mut [f64], given: &[f64], known: &[f64]) -> Vec<f64> {
         x.iter_mut().zip(given).for_each(|(x, given)| *x -= given);
-        let mut met = self.changes_times(known);
-        let columns = self.by_changes.chunks_exact(met.len().max(1));
+        let mut product = self.changes_times(known);
+        let columns = self.by_changes.chunks_exact(product.len().max(1));
         for (column, &row) in columns.zip(&self.changed.rows) {
-            met.iter_mut().zip(column).for_each(|(met, z)| *met += z * x[row]);
+            product.iter_mut().zip(column).for_each(|(product, z)| *product += z * x[row]);
         }
-        met
+        product
     }
 
     /// `D y`.

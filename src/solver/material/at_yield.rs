@@ -1,8 +1,7 @@
 //! Law with the plastic tangent at every point on its yield surface, for the stability analysis of an equilibrium.
 //!
 //! At equilibrium, points lie on the yield surface whose last iterate was elastic by rounding or by a minute
-//! unloading. Hill (1958): a loss of stability is excluded only for the comparison solid, in which all these points
-//! yield.
+//! unloading. Hill (1958): the comparison solid, in which all these points yield, is the first to become unstable.
 
 use std::sync::Arc;
 
@@ -17,7 +16,7 @@ use crate::solver::numbers::tensor::Mandel;
 /// tangent.
 const OUTWARD_STRAIN_REL: f64 = 1e-3;
 
-/// Law whose tangent is taken at a stress scaled by `1 + `[`OUTWARD_STRAIN_REL`].
+/// Law whose tangent is taken at a stress scaled by 1 + [`OUTWARD_STRAIN_REL`].
 #[derive(Debug)]
 pub struct AtYield {
     law: Arc<dyn Material>,

@@ -57,16 +57,16 @@ pub(super) fn eigen<S: Simd>(simd: S, v: [Lane<S>; 6]) -> ([Lane<S>; 3], [[Lane<
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let mut diagonal = [v[0], v[1], v[2]];
     // Off-diagonal entries by the index that is in neither: 12, 20, 01.
-    let mut off = [v[4] * half, v[5] * half, v[3] * half];
+    let mut off_diagonal = [v[4] * half, v[5] * half, v[3] * half];
     let (zero, one) = (Lane::splat(simd, 0.0), Lane::splat(simd, 1.0));
     let mut q = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
     let scale = Lane::dot(&v, &v) * 1e-34;
     for _ in 0..30 {
-        if (Lane::dot(&off, &off) - scale).largest() <= 0.0 {
+        if (Lane::dot(&off_diagonal, &off_diagonal) - scale).largest() <= 0.0 {
             break;
         }
         for k in [2, 0, 1] {
-            rotate(simd, &mut diagonal, &mut off, &mut q, k);
+            rotate(simd, &mut diagonal, &mut off_diagonal, &mut q, k);
         }
     }
     (diagonal, q)
@@ -77,27 +77,27 @@ pub(super) fn eigen<S: Simd>(simd: S, v: [Lane<S>; 6]) -> ([Lane<S>; 3], [[Lane<
 fn rotate<S: Simd>(
     simd: S,
     diagonal: &mut [Lane<S>; 3],
-    off: &mut [Lane<S>; 3],
+    off_diagonal: &mut [Lane<S>; 3],
     q: &mut [[Lane<S>; 3]; 3],
     k: usize,
 ) {
     let (i, j) = ((k + 1) % 3, (k + 2) % 3);
     let (zero, one) = (Lane::splat(simd, 0.0), Lane::splat(simd, 1.0));
-    let apart = diagonal[j] - diagonal[i];
-    let double = off[k] + off[k];
+    let difference = diagonal[j] - diagonal[i];
+    let double = off_diagonal[k] + off_diagonal[k];
     // t = tan of the rotation angle, the root with |t| <= 1; 0 if the entry vanishes.
-    let root = apart.mul_add(apart, double * double).sqrt() + apart.abs();
+    let root = difference.mul_add(difference, double * double).sqrt() + difference.abs();
     let t = double / root.max(Lane::splat(simd, f64::MIN_POSITIVE));
-    let t = apart.if_less(zero, -t, t);
+    let t = difference.if_less(zero, -t, t);
     let c = one / t.mul_add(t, one).sqrt();
     let s = t * c;
-    diagonal[i] = diagonal[i] - t * off[k];
-    diagonal[j] = diagonal[j] + t * off[k];
+    diagonal[i] = diagonal[i] - t * off_diagonal[k];
+    diagonal[j] = diagonal[j] + t * off_diagonal[k];
     // Entries ki and kj are stored at j and i.
-    let (ki, kj) = (off[j], off[i]);
-    off[k] = zero;
-    off[j] = c * ki - s * kj;
-    off[i] = s * ki + c * kj;
+    let (ki, kj) = (off_diagonal[j], off_diagonal[i]);
+    off_diagonal[k] = zero;
+    off_diagonal[j] = c * ki - s * kj;
+    off_diagonal[i] = s * ki + c * kj;
     for row in q.iter_mut() {
         let (x, y) = (row[i], row[j]);
         row[i] = c * x - s * y;

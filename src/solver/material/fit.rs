@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn points_that_are_no_curve_are_refused() {
+    fn points_that_form_no_curve_are_rejected() {
         assert!(matches!(fit(&[0.0, 0.1], &[1.0, 2.0]), Err(FitError::Count { .. })));
         let bad = fit(&[0.0, 0.1, f64::NAN, 0.2], &[1.0; 4]).unwrap_err();
         assert!(matches!(bad, FitError::Value { index: 2, .. }), "{bad}");

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foreseen_law_is_the_law_there_and_linear_about_it() {
+    fn a_predicted_law_is_the_linearisation_at_the_predicted_strain() {
         let (law, old, there) = predicted();
         let history_layout = law.history_layout().unwrap();
         let mut new = old.clone();

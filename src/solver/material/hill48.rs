@@ -130,9 +130,9 @@ impl Spectrum {
         let (a, b, d) = (form(&one, &one), form(&one, &two), form(&two, &two));
         let angle = 0.5 * (2.0 * b).atan2(a - d);
         let (s, c) = angle.sin_cos();
-        let turn =
+        let combination =
             |x: f64, y: f64| -> [f64; 3] { std::array::from_fn(|i| x * one[i] + y * two[i]) };
-        let normal = [turn(c, s), turn(-s, c)];
+        let normal = [combination(c, s), combination(-s, c)];
         let values = [form(&normal[0], &normal[0]), form(&normal[1], &normal[1]), n, l, m];
         Self { values, normal }
     }

@@ -14,14 +14,14 @@ use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 pub(crate) struct RotatedLaw<'a> {
     law: &'a dyn Material,
     /// Rotation of global tensors into the axes.
-    turn: Mandel66,
+    rotation: Mandel66,
 }
 
 impl<'a> RotatedLaw<'a> {
     /// Axes are the columns of the rotation `axes`.
     pub(crate) fn new(law: &'a dyn Material, axes: &Mat3) -> Self {
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| axes[(j, i)]));
-        Self { law, turn: tensor::congruence(&rows) }
+        Self { law, rotation: tensor::congruence(&rows) }
     }
 }
 
@@ -47,19 +47,19 @@ impl Material for RotatedLaw<'_> {
         (old, new): (&[f64], &mut [f64]),
         out: &mut LogResponses,
     ) -> Result<(), (usize, MaterialError)> {
-        let (turn, mut own) = (&self.turn, [[0.0; POINTS]; 6]);
-        Arch::new().dispatch(RotateStrains { turn, strains, own: &mut own });
-        self.law.update_points(&own, count, (old, new), out)?;
-        Arch::new().dispatch(RotateResponses { turn, out });
+        let (rotation, mut local) = (&self.rotation, [[0.0; POINTS]; 6]);
+        Arch::new().dispatch(RotateStrains { rotation, strains, local: &mut local });
+        self.law.update_points(&local, count, (old, new), out)?;
+        Arch::new().dispatch(RotateResponses { rotation, out });
         Ok(())
     }
 }
 
 /// Strains rotated into the axes.
 struct RotateStrains<'a> {
-    turn: &'a Mandel66,
+    rotation: &'a Mandel66,
     strains: &'a [Eight; 6],
-    own: &'a mut [Eight; 6],
+    local: &'a mut [Eight; 6],
 }
 
 impl WithSimd for RotateStrains<'_> {
@@ -68,8 +68,8 @@ impl WithSimd for RotateStrains<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for first in Lane::<S>::groups() {
-            let own = rotate(self.turn, false, &Lane::load_all(simd, self.strains, first));
-            for (value, to) in own.iter().zip(self.own.iter_mut()) {
+            let local = rotate(self.rotation, false, &Lane::load_all(simd, self.strains, first));
+            for (value, to) in local.iter().zip(self.local.iter_mut()) {
                 value.store(to, first);
             }
         }
@@ -78,7 +78,7 @@ impl WithSimd for RotateStrains<'_> {
 
 /// Stresses and tangents rotated back.
 struct RotateResponses<'a> {
-    turn: &'a Mandel66,
+    rotation: &'a Mandel66,
     out: &'a mut LogResponses,
 }
 
@@ -89,7 +89,7 @@ impl WithSimd for RotateResponses<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let LogResponses { stress, tangent, .. } = self.out;
         for first in Lane::<S>::groups() {
-            let global = rotate(self.turn, true, &Lane::load_all(simd, stress, first));
+            let global = rotate(self.rotation, true, &Lane::load_all(simd, stress, first));
             for (value, to) in global.iter().zip(stress.iter_mut()) {
                 value.store(to, first);
             }
@@ -97,7 +97,7 @@ impl WithSimd for RotateResponses<'_> {
             for (row, from) in rows.iter_mut().zip(tangent.iter()) {
                 *row = Lane::load_all(simd, from, first);
             }
-            rotate_back(self.turn, &mut rows);
+            rotate_back(self.rotation, &mut rows);
             for (row, to) in rows.iter().zip(tangent.iter_mut()) {
                 for (value, to) in row.iter().zip(to.iter_mut()) {
                     value.store(to, first);
@@ -118,7 +118,7 @@ mod tests {
     #[test]
     fn a_law_turned_from_outside_answers_as_one_turned_by_itself() {
         for name in ["mild-steel-neto2012", "aa2090-t3-barlat2005"] {
-            let [own, flat] =
+            let [local, flat] =
                 [0.4, 0.0].map(|angle| card::find(name).unwrap().build(angle).unwrap());
             let (s, c) = 0.4_f64.sin_cos();
             let axes = Mat3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
@@ -130,9 +130,9 @@ mod tests {
                 law.update(&strain, &old, &mut new, &mut out).unwrap();
                 (out, new)
             };
-            let ((a, by_itself), (b, from_outside)) = (answer(own.as_ref()), answer(&rotate));
+            let ((a, by_itself), (b, from_outside)) = (answer(local.as_ref()), answer(&rotate));
             let of = |law: &Arc<dyn Material>, history: &[f64]| law.point_state(history).unwrap();
-            let [a_state, b_state] = [of(&own, &by_itself), of(&flat, &from_outside)];
+            let [a_state, b_state] = [of(&local, &by_itself), of(&flat, &from_outside)];
             let off = a_state.plastic_strain - b_state.plastic_strain;
             assert!(off.abs() < 1e-12 && a_state.plastic_strain > 0.01);
             assert!((a_state.equivalent_stress - b_state.equivalent_stress).abs() < 1e-9);

@@ -20,7 +20,7 @@ const STEP_LENGTH_RATIO_MIN: f64 = 0.05;
 const HALVINGS_MAX: usize = 6;
 
 /// Applies `correction` with a step length of at most `length_max`; body and contact search are then evaluated at the new
-/// iterate. Returns the step length. With `whole` the step is shortened only if an element fails.
+/// iterate. Returns the step length. With `full_step` the step is shortened only if an element fails.
 ///
 /// # Errors
 /// [`ElementFailure`] if an element fails even with the shortest step.
@@ -28,12 +28,12 @@ pub(in crate::solver) fn go(
     sys: &mut System,
     correction: &Correction,
     length_max: f64,
-    whole: bool,
+    full_step: bool,
 ) -> Result<f64, ElementFailure> {
     let start = slope(sys, correction);
     let length = first_step(sys, correction, length_max)?;
     sys.search();
-    if start >= 0.0 || whole {
+    if start >= 0.0 || full_step {
         return Ok(length);
     }
     sys.assemble();
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_good_correction_is_taken_whole() {
+    fn an_acceptable_correction_is_applied_in_full() {
         let (length, [start, end]) = first_step(1e-4);
         assert!((length - 1.0).abs() < 1e-12 && start < 0.0 && end.abs() < -0.01 * start);
     }

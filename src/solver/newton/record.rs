@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_is_of_newton_steps_near_their_end() {
+    fn the_order_is_that_of_the_last_newton_steps() {
         let order = |residuals: &[f64]| convergence_order(&history(residuals));
         assert!((order(&[0.05, 9e-3, 8.1e-5, 6.561e-9]).unwrap() - 2.0).abs() < 1e-12);
         // Elastic increment: the first correction uses the prediction, and one more converges.

@@ -55,10 +55,10 @@ pub(in crate::solver) fn solve(
             _ if run.may_stabilise_stronger(sys) => run.stabilise(sys)?,
             _ => return Err(not_converged(run.stats.iterations, &record, residual.worst_node)),
         }
-        let near = record.residual < FULL_STEP_RESIDUAL;
+        let full_step = record.residual < FULL_STEP_RESIDUAL;
         let (correction, solves) = match foreseen.take() {
-            Some(factor) => first_iterate(sys, limits, factor, near)?,
-            None => iterate(sys, limits, near)?,
+            Some(factor) => first_iterate(sys, limits, factor, full_step)?,
+            None => iterate(sys, limits, full_step)?,
         };
         run.stats.solves += solves;
         run.stats.iterations += 1;
@@ -214,10 +214,10 @@ const ACTIVE_SET_ITERATIONS_MAX_NEAR: usize = 8;
 fn iterate(
     sys: &mut System,
     limits: &Limits,
-    near: bool,
+    full_step: bool,
 ) -> Result<(Correction, usize), NewtonError> {
-    let (correction, solves) = correction_with_active_set(sys, limits, near)?;
-    go(sys, &correction, near)?;
+    let (correction, solves) = correction_with_active_set(sys, limits, full_step)?;
+    go(sys, &correction, full_step)?;
     Ok((correction, solves))
 }
 
@@ -227,9 +227,9 @@ fn first_iterate(
     sys: &mut System,
     limits: &Limits,
     factor: f64,
-    near: bool,
+    full_step: bool,
 ) -> Result<(Correction, usize), NewtonError> {
-    let (correction, solves) = correction_with_active_set(sys, limits, near)?;
+    let (correction, solves) = correction_with_active_set(sys, limits, full_step)?;
     if let Some(length) =
         line_search::try_step(sys, &correction, step_length_limit(sys, &correction))?
     {
@@ -239,14 +239,14 @@ fn first_iterate(
     sys.evaluate_foreseen(Foresight { factor, stiff: true })?;
     sys.search();
     sys.assemble();
-    let (correction, more) = correction_with_active_set(sys, limits, near)?;
+    let (correction, more) = correction_with_active_set(sys, limits, full_step)?;
     go(sys, &correction, true)?;
     Ok((correction, solves + more))
 }
 
 /// Applies a correction with line search, and the same fraction of its predicted contact forces.
-fn go(sys: &mut System, correction: &Correction, whole: bool) -> Result<(), ElementFailure> {
-    let length = line_search::go(sys, correction, step_length_limit(sys, correction), whole)?;
+fn go(sys: &mut System, correction: &Correction, full_step: bool) -> Result<(), ElementFailure> {
+    let length = line_search::go(sys, correction, step_length_limit(sys, correction), full_step)?;
     sys.expect(correction, length);
     Ok(())
 }
@@ -255,11 +255,11 @@ fn go(sys: &mut System, correction: &Correction, whole: bool) -> Result<(), Elem
 fn correction_with_active_set(
     sys: &mut System,
     limits: &Limits,
-    near: bool,
+    full_step: bool,
 ) -> Result<(Correction, usize), NewtonError> {
     let found = sys.correct();
     let first = opposed(sys, found)?;
-    let rounds = if near { ACTIVE_SET_ITERATIONS_MAX_NEAR } else { ACTIVE_SET_ITERATIONS_MAX };
+    let rounds = if full_step { ACTIVE_SET_ITERATIONS_MAX_NEAR } else { ACTIVE_SET_ITERATIONS_MAX };
     let (correction, solves) = iterate_active_set(sys, first, limits, rounds)?;
     sys.remember_sliding();
     Ok((correction, 1 + solves))

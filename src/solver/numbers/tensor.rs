@@ -116,8 +116,8 @@ pub(crate) fn eigen(v: &Mandel) -> ([f64; 3], [[f64; 3]; 3]) {
     let mut q = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let scale = dot(v, v);
     for _ in 0..30 {
-        let off = a[0][1] * a[0][1] + a[1][2] * a[1][2] + a[0][2] * a[0][2];
-        if off <= 1e-34 * scale {
+        let off_diagonal = a[0][1] * a[0][1] + a[1][2] * a[1][2] + a[0][2] * a[0][2];
+        if off_diagonal <= 1e-34 * scale {
             break;
         }
         for (i, j) in [(0, 1), (1, 2), (0, 2)] {
@@ -130,11 +130,11 @@ pub(crate) fn eigen(v: &Mandel) -> ([f64; 3], [[f64; 3]; 3]) {
 /// Jacobi rotation that annihilates `a[i][j]`.
 #[cfg(test)]
 fn jacobi_rotation(a: &mut [[f64; 3]; 3], q: &mut [[f64; 3]; 3], i: usize, j: usize) {
-    let off = a[i][j];
-    if off == 0.0 {
+    let off_diagonal = a[i][j];
+    if off_diagonal == 0.0 {
         return;
     }
-    let theta = (a[j][j] - a[i][i]) / (2.0 * off);
+    let theta = (a[j][j] - a[i][i]) / (2.0 * off_diagonal);
     let t = if theta.abs() > 1e150 {
         0.5 / theta
     } else {
@@ -144,8 +144,8 @@ fn jacobi_rotation(a: &mut [[f64; 3]; 3], q: &mut [[f64; 3]; 3], i: usize, j: us
     let s = t * c;
     let k = 3 - i - j;
     let (aki, akj) = (a[k][i], a[k][j]);
-    a[i][i] -= t * off;
-    a[j][j] += t * off;
+    a[i][i] -= t * off_diagonal;
+    a[j][j] += t * off_diagonal;
     a[i][j] = 0.0;
     a[j][i] = 0.0;
     a[k][i] = c * aki - s * akj;

@@ -26,8 +26,8 @@ impl<'a> RigidModes<'a> {
 
     /// Part of the support of `node` along a unit vector that is independent of the constrained modes.
     fn independent_part(&self, node: usize, along: &Vec3) -> Row {
-        let turn = ((self.nodes[node] - self.centre) / self.size).cross(along);
-        let mut row = Row::new(along.x, along.y, along.z, turn.x, turn.y, turn.z);
+        let rotation = ((self.nodes[node] - self.centre) / self.size).cross(along);
+        let mut row = Row::new(along.x, along.y, along.z, rotation.x, rotation.y, rotation.z);
         for _ in 0..2 {
             for held in &self.held {
                 row -= held * held.dot(&row);
@@ -66,9 +66,9 @@ impl<'a> RigidModes<'a> {
             }
             let row = row.normalize();
             rows.push(row);
-            let (shift, turn) =
+            let (shift, rotation) =
                 (Vec3::new(row[0], row[1], row[2]), Vec3::new(row[3], row[4], row[5]));
-            let at = |x: &Vec3| shift + turn.cross(&((x - self.centre) / self.size));
+            let at = |x: &Vec3| shift + rotation.cross(&((x - self.centre) / self.size));
             let mut motion: Vec<f64> =
                 self.nodes.iter().flat_map(|x| <[f64; 3]>::from(at(x))).collect();
             for other in &out {
@@ -132,8 +132,8 @@ pub(in crate::solver) fn share_along_free_motions(
     let (mut along, mut all) = (Row::zeros(), 0.0);
     for (node, force) in forces.chunks_exact(3).map(Vec3::from_column_slice).enumerate() {
         let force = constraints.free_projector(node) * force;
-        let turn = ((nodes[node] - modes.centre) / modes.size).cross(&force);
-        along += Row::new(force.x, force.y, force.z, turn.x, turn.y, turn.z);
+        let rotation = ((nodes[node] - modes.centre) / modes.size).cross(&force);
+        along += Row::new(force.x, force.y, force.z, rotation.x, rotation.y, rotation.z);
         all += force.norm();
     }
     modes.held.iter().for_each(|held| along -= held * held.dot(&along));
@@ -178,7 +178,7 @@ pub(in crate::solver) fn unsupported(
     modes.constrain_free_modes(|node| !supported[node])
 }
 
-/// Rigid motion `x -> turn x + shift` from points `from` to points `to` (least squares). Arbitrary if `constraints`
+/// Rigid motion `x -> rotation x + shift` from points `from` to points `to` (least squares). Arbitrary if `constraints`
 /// hold nothing; a rotation about and a shift normal to the axis if they hold only one axis. `None` if they hold
 /// more.
 pub(in crate::solver) fn fit_rigid_motion(
@@ -191,14 +191,14 @@ pub(in crate::solver) fn fit_rigid_motion(
     let middle = |points: &[Vec3]| points.iter().sum::<Vec3>() / points.len().max(1) as f64;
     let (a, b) = (middle(from), middle(to));
     let products = from.iter().zip(to).map(|(x, y)| (y - b) * (x - a).transpose()).sum::<Mat3>();
-    let turn = match held[..] {
+    let rotation = match held[..] {
         [] => rotation_of(&products)?,
         [axis] => rotation_about(axis, &products),
         _ => return None,
     };
-    let mut shift = b - turn * a;
+    let mut shift = b - rotation * a;
     held.iter().for_each(|&axis| shift[axis] = 0.0);
-    Some((turn, shift))
+    Some((rotation, shift))
 }
 
 /// As [`fit_rigid_motion`], but if more than one axis is held, a translation along the free axes.
@@ -219,7 +219,7 @@ pub(in crate::solver) fn nearest_free(
     })
 }
 
-/// Rotation with the largest `turn : products` (Kabsch, 1976).
+/// Rotation with the largest `rotation : products` (Kabsch, 1976).
 fn rotation_of(products: &Mat3) -> Option<Mat3> {
     let svd = products.svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);
@@ -266,13 +266,13 @@ mod tests {
     }
 
     #[test]
-    fn free_motions_are_taken_and_nothing_else() {
+    fn free_motions_are_subtracted_and_deformation_is_kept() {
         let mut on_plane = Constraints::none(8);
         on_plane.symmetry_plane(&corners(), 0, 0.0, 1e-9);
         let stretch = |x: &Vec3| Vec3::new(0.1 * x.x, 0.2 * (x.y - 0.5), -0.3 * (x.z - 0.5));
-        let turn = |x: &Vec3| Vec3::x().cross(&(x - Vec3::repeat(0.5))) * 0.02;
+        let rotation = |x: &Vec3| Vec3::x().cross(&(x - Vec3::repeat(0.5))) * 0.02;
         let moves = |shift: Vec3| -> Vec<f64> {
-            let at = |x: &Vec3| <[f64; 3]>::from(stretch(x) + turn(x) + shift);
+            let at = |x: &Vec3| <[f64; 3]>::from(stretch(x) + rotation(x) + shift);
             corners().iter().flat_map(at).collect()
         };
         let mut independent_part = moves(Vec3::new(0.0, 3.0, -2.0));
@@ -285,7 +285,7 @@ mod tests {
         let mut independent_part = moves(Vec3::new(0.0, 3.0, -2.0));
         take_free_motions(&on_plane, &corners(), supports, &mut independent_part);
         for (at, x) in independent_part.chunks_exact(3).zip(corners()) {
-            let kept = stretch(&x) + turn(&x) + Vec3::new(0.0, 3.0, 0.0);
+            let kept = stretch(&x) + rotation(&x) + Vec3::new(0.0, 3.0, 0.0);
             assert!((Vec3::from_column_slice(at) - kept).norm() < 1e-12);
         }
     }
@@ -317,12 +317,12 @@ mod tests {
         // A flat sheet coincides with its mirror image.
         let flat: Vec<Vec3> = corners().iter().map(|x| Vec3::new(x.x, 2.0 * x.y, 0.0)).collect();
         let free = Constraints::none(8);
-        for (held, points, turn, shift) in [
+        for (held, points, rotation, shift) in [
             (&free, corners(), far, Vec3::new(5.0, -3.0, 1.0)),
             (&free, flat, far, Vec3::new(5.0, -3.0, 1.0)),
             (&on_plane, corners(), little, Vec3::new(0.0, 0.2, -0.5)),
         ] {
-            let moved: Vec<Vec3> = points.iter().map(|x| turn * x + shift).collect();
+            let moved: Vec<Vec3> = points.iter().map(|x| rotation * x + shift).collect();
             let (back, by) = fit_rigid_motion(held, &moved, &points).unwrap();
             for (x, y) in points.iter().zip(&moved) {
                 assert!((back * y + by - x).norm() < 1e-14);
@@ -333,8 +333,8 @@ mod tests {
         on_plane.hold(3, 1);
         assert_eq!(fit_rigid_motion(&on_plane, &corners(), &corners()), None);
         let lifted: Vec<Vec3> = corners().iter().map(|x| x + Vec3::new(0.1, 0.2, 0.3)).collect();
-        let (turn, shift) = nearest_free(&on_plane, &lifted, &corners());
-        assert!(turn == Mat3::identity() && (shift + 0.3 * Vec3::z()).norm() < 1e-14);
+        let (rotation, shift) = nearest_free(&on_plane, &lifted, &corners());
+        assert!(rotation == Mat3::identity() && (shift + 0.3 * Vec3::z()).norm() < 1e-14);
         on_plane.hold(3, 2);
         assert_eq!(nearest_free(&on_plane, &lifted, &corners()).1, Vec3::zeros());
     }

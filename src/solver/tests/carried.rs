@@ -116,7 +116,7 @@ fn a_strip_bent_without_friction_stays_between_its_rods() {
 
 /// The sheet must not adhere to the punch by forces at the level of rounding.
 #[test]
-fn a_punch_that_goes_back_leaves_the_sheet() {
+fn a_retracted_punch_separates_from_the_sheet() {
     for (mu, held) in [(0.0, false), (0.1, false), (0.0, true), (0.1, true)] {
         let end = bent(mu, held, 1.0, true);
         let farthest = end.moved.iter().map(Vec3::norm).fold(0.0, f64::max);
@@ -168,7 +168,7 @@ fn joggled(shift: [f64; 2], largest_step: f64) -> (f64, f64) {
 
 /// It first rotates and slides without a force, then it is bent: results agree to the last digits.
 #[test]
-fn a_loose_strip_takes_the_same_way_wherever_the_origin_is() {
+fn the_path_of_an_unconstrained_strip_does_not_depend_on_the_origin() {
     let (force, along) = joggled([0.0, 0.0], 1.0);
     assert!(force > 10.0, "{force}");
     for shift in [[10.0, 0.0], [100.0, 0.0], [0.0, 50.0], [7.0, 3.0]] {
@@ -181,7 +181,7 @@ fn a_loose_strip_takes_the_same_way_wherever_the_origin_is() {
 /// When the halves prevent sliding, the strip is held by friction or bent. Its displacement by then varies with the
 /// step size by hundredths of a millimetre, and the force by one hundredth.
 #[test]
-fn a_loose_strip_takes_much_the_same_way_in_long_steps_and_short() {
+fn the_path_of_an_unconstrained_strip_hardly_depends_on_the_step() {
     let (force, along) = joggled([0.0, 0.0], 1.0);
     for step in [0.05, 0.02] {
         let (other, aside) = joggled([0.0, 0.0], step);

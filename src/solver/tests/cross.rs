@@ -52,7 +52,7 @@ fn setup(n: usize, depth: f64) -> SimulationSetup {
 }
 
 #[test]
-fn the_cross_tool_begins_to_draw() {
+fn the_cross_tool_starts_to_draw() {
     let n = 10;
     let depth = 0.5;
     let mut sim = Simulation::new(setup(n, depth)).unwrap();

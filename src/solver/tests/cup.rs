@@ -127,7 +127,7 @@ fn check_balance(r: &IncrementReport<'_>) {
 }
 
 #[test]
-fn a_drawn_cup_is_in_balance_and_penetrates_nothing() {
+fn a_drawn_cup_is_in_equilibrium_without_penetration() {
     let Outcome { mut sim, iterations, histories } = run(&QUICK);
     assert!(iterations.iter().sum::<usize>() <= 12 * iterations.len(), "{iterations:?}");
     sim.sys.search();
@@ -147,7 +147,7 @@ fn a_drawn_cup_is_in_balance_and_penetrates_nothing() {
 
 /// The energy error of tools, elements and friction is that of the trapezoidal rule.
 #[test]
-fn energy_closes_better_in_shorter_steps() {
+fn the_energy_error_decreases_with_the_step() {
     let open = |steps: f64| {
         let case = Case { transition: 1e-4, depth: 2.0, steps, ..QUICK };
         let e = run(&case).sim.energies;
@@ -176,7 +176,7 @@ fn orders(histories: &[Vec<IterationRecord>]) -> Vec<f64> {
 }
 
 #[test]
-fn the_same_bits_with_one_two_and_four_threads_and_twice() {
+fn results_do_not_depend_on_threads_or_repetition() {
     let case = Case { depth: 0.3, ..QUICK };
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -187,7 +187,7 @@ fn the_same_bits_with_one_two_and_four_threads_and_twice() {
 }
 
 #[test]
-fn another_unit_of_length_changes_nothing() {
+fn results_do_not_depend_on_the_unit_of_length() {
     let mm = run(&Case { depth: 0.3, ..QUICK });
     // A power of two, so that rounding is the same and any constant with a unit has an effect.
     let unit = 1.0 / 1024.0;
@@ -199,7 +199,7 @@ fn another_unit_of_length_changes_nothing() {
 }
 
 #[test]
-fn a_released_cup_is_free_of_forces() {
+fn a_released_cup_has_no_contact_forces() {
     let Outcome { sim, .. } = run(&Case { depth: 0.6, release: true, ..QUICK });
     let sys = &sim.sys;
     let largest = (0..sys.node_count())
@@ -211,7 +211,7 @@ fn a_released_cup_is_free_of_forces() {
 
 /// Saved after every increment and continued in a new simulation: clamp, draw, release, bit-identically.
 #[test]
-fn a_run_that_goes_on_from_a_saved_state_repeats_to_the_bit() {
+fn a_restarted_run_is_bit_identical() {
     let case = Case { depth: 0.3, release: true, transition: 1e-4, ..QUICK };
     let whole = run(&case).sim;
     let mut sim = Simulation::new(cup(&case)).unwrap();

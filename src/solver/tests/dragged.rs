@@ -64,7 +64,7 @@ fn a_force_or_a_spring_drags_a_plate_over_a_sheet() {
 
 /// A force above the friction limit moves the plate to its stop, where friction stays constant in time.
 #[test]
-fn a_plate_that_stands_still_rubs_on() {
+fn friction_of_a_plate_at_rest_is_constant() {
     for held in [0.0, 10.0] {
         let force = |to| Motion::Force(Curve::to(to));
         let drives = vec![(force(400.0), 0.2), (force(400.0), 0.25), (force(30.0), 0.2)];
@@ -78,7 +78,7 @@ fn a_plate_that_stands_still_rubs_on() {
 }
 
 #[test]
-fn a_force_beyond_friction_is_told() {
+fn a_force_above_the_friction_limit_is_reported() {
     for held in [0.0, 5.0, 10.0] {
         let drag = dragged(held, None, vec![(Motion::Force(Curve::to(160.0)), 0.2)]);
         let told = drag.unwrap_err().to_string();

@@ -44,7 +44,7 @@ fn over_table(end: f64, down: f64) -> Option<OverEdge> {
 }
 
 #[test]
-fn a_strip_bent_over_the_end_of_a_table_is_told() {
+fn a_strip_bent_over_the_end_of_a_table_is_reported() {
     let found = over_table(31.0, 1.0).unwrap();
     assert!(found.tool == 0 && found.nodes >= 2, "{found:?}");
     assert!((found.at.x - 31.0).abs() < 1e-9 && found.at.z.abs() < 1e-9, "{found:?}");

@@ -35,7 +35,7 @@ fn pushed_up(friction: f64, mm: f64) -> (Vec<State>, RunSummary) {
 }
 
 #[test]
-fn a_free_sheet_lies_still_and_goes_with_the_tool_that_comes() {
+fn a_free_sheet_rests_until_a_tool_carries_it() {
     for friction in [0.0, 0.1] {
         let (states, summary) = pushed_up(friction, 1.0);
         assert_eq!(summary.cuts, 0, "{summary:?}");

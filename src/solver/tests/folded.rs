@@ -41,7 +41,7 @@ fn pushed_in(force: f64) -> (f64, Result<(), SimulationError>) {
 }
 
 #[test]
-fn no_balance_is_taken_in_which_an_element_is_inside_out() {
+fn no_equilibrium_with_an_inverted_element_is_accepted() {
     let (way, ended) = pushed_in(1e5);
     assert!(ended.is_ok() && way > 0.3, "{way} {ended:?}");
     // Its stiffness grows without bound, but more slowly than steps of that force jump over the singularity.

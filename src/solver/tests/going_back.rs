@@ -74,7 +74,7 @@ fn run(setup: SimulationSetup) -> (Course, Energies, [f64; 2]) {
 }
 
 #[test]
-fn a_punch_let_go_leaves_the_part_in_the_die() {
+fn a_released_punch_leaves_the_part_in_the_die() {
     let off = |name: &str, motions| Stage { largest_step: 0.25, ..stage(name, motions, 0.25) };
     let pad_off = off("pad off", vec![Motion::Hold, Motion::Hold, Motion::Release]);
     let punch_off = off("punch off", vec![Motion::Hold, Motion::Release, Motion::Absent]);
@@ -171,7 +171,7 @@ fn coined(kind: ElementKind, layers: usize) -> [(f64, f64); 2] {
 }
 
 #[test]
-fn a_pressed_bend_let_go_is_not_pressed_on_by_what_its_tools_leave_behind() {
+fn a_released_bend_is_not_pressed_by_remaining_tool_forces() {
     for (kind, layers) in [
         (ElementKind::SolidShell { points: 5, membrane: true }, 1),
         (ElementKind::SolidShell { points: 5, membrane: true }, 2),

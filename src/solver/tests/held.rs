@@ -50,7 +50,7 @@ fn pressed(motion: Motion) -> End {
 }
 
 #[test]
-fn a_wall_that_leans_pushes_along_its_normal_and_does_the_work() {
+fn an_inclined_wall_pushes_along_its_normal_and_does_the_work() {
     let end = pressed(Motion::Travel(Curve::to(1.5)));
     assert!(end.force.x < -1000.0, "{}", end.force);
     let slope = 30.0_f64.to_radians().tan();
@@ -111,7 +111,7 @@ fn friction_ratio(
 
 /// Friction has the Coulomb value for any constraints and any direction of the bed.
 #[test]
-fn friction_on_nodes_that_are_held_goes_to_what_holds_them() {
+fn friction_on_constrained_nodes_is_carried_by_their_supports() {
     for way in [Vec3::x(), Vec3::new(0.6, 0.8, 0.0)] {
         for held in [0.0, 4.0, 8.0] {
             let (force, [work, friction]) = friction_ratio(&SMALL, held, way, Curve::to(0.05), 0.2);
@@ -127,7 +127,7 @@ fn friction_on_nodes_that_are_held_goes_to_what_holds_them() {
 
 /// Reversed sliding: friction changes its direction within increments, and its work is that of the path.
 #[test]
-fn friction_that_turns_round_does_the_work_of_its_way() {
+fn reversed_friction_does_the_work_of_its_path() {
     let course = Curve::new(vec![(0.0, 0.0), (0.25, 0.05), (0.75, -0.05), (1.0, 0.0)]);
     let (_, [work, friction]) = friction_ratio(&SMALL, 0.0, Vec3::x(), course, 0.125);
     assert!((friction / 6.0 - 1.0).abs() < 0.02, "{friction}");
@@ -137,7 +137,7 @@ fn friction_that_turns_round_does_the_work_of_its_way() {
 /// Large sliding across a sheet held at one end: the pressure moves to the other side when friction reverses, some
 /// nodes separate and others come into contact.
 #[test]
-fn nodes_that_lift_off_as_friction_turns_round_have_done_its_work() {
+fn nodes_that_separate_as_friction_reverses_keep_its_work() {
     let sheet = Pressed { size: [10.0, 10.0], elements: [6, 6], force: 500.0 };
     for step in [0.5, 0.1] {
         let course = Curve::new(vec![(0.0, 0.0), (0.5, 1.0), (1.0, -1.0)]);

@@ -108,7 +108,7 @@ fn wide_elements_pressed_flat_carry_what_the_material_does() {
 }
 
 #[test]
-fn friction_that_tilts_the_fibres_does_not_drive_them_on() {
+fn fibres_tilted_by_friction_do_not_tilt_further() {
     let press = |kind, layers| {
         let (size, elements) = ([8.0, 8.0], [6, 6, layers]);
         let sheet = Pressed {

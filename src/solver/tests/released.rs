@@ -38,12 +38,12 @@ fn strip() -> SimulationSetup {
 }
 
 /// Largest difference of two fields.
-fn apart(a: &[f64], b: &[f64]) -> f64 {
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 #[test]
-fn the_force_of_a_tool_taken_away_is_without_the_loads() {
+fn the_remaining_force_of_a_removed_tool_excludes_the_loads() {
     let mut states: Vec<(f64, Vec<f64>, f64)> = Vec::new();
     let mut sim = Simulation::new(strip()).unwrap();
     sim.run(&mut |r: &IncrementReport<'_>| {
@@ -54,7 +54,8 @@ fn the_force_of_a_tool_taken_away_is_without_the_loads() {
     let pressed = states.iter().position(|s| s.0 == 1.0).unwrap();
     let [before, first, last] = [pressed, pressed + 1, states.len() - 1].map(|k| &states[k]);
     assert!((first.0 - FIRST).abs() < 1e-15);
-    let (little, all) = (apart(&before.1, &first.1), apart(&before.1, &last.1));
+    let (little, all) =
+        (largest_difference(&before.1, &first.1), largest_difference(&before.1, &last.1));
     assert!(all > 0.05, "the strip bends down by {all} mm");
     assert!((little / all - FIRST).abs() < 0.1 * FIRST, "{little} of {all} mm at once");
     assert_eq!(sim.summary().snaps, 0);
@@ -82,7 +83,7 @@ fn contact_forces_after_a_stage_are_those_of_its_end() {
 /// A free strip between two plates, released and then pressed with a larger force: the supports of the release are
 /// removed.
 #[test]
-fn a_sheet_let_go_and_pressed_again_is_held_by_its_tools_alone() {
+fn a_sheet_released_and_pressed_again_has_no_supports() {
     let mesh = rectangle(20.0, 4.0, 1.0, 10, 2, 2);
     let nothing = Constraints::none(mesh.nodes.len());
     let plate = |name, z, up: bool, side| {
@@ -147,7 +148,7 @@ fn a_free_sheet_is_clamped_at_once() {
 /// A block is pressed onto a floor that slides under it, released, and pressed again while the floor is at rest: the
 /// earlier friction has no effect.
 #[test]
-fn friction_is_forgotten_with_the_force() {
+fn slip_memory_vanishes_with_the_normal_force() {
     let mesh = rectangle(10.0, 10.0, 2.0, 2, 2, 1);
     let nothing = Constraints::none(mesh.nodes.len());
     let floor = tool("floor", square("floor", 0.0, true), Vec3::x(), SheetSide::Bottom, 0.3);
@@ -174,7 +175,7 @@ fn friction_is_forgotten_with_the_force() {
 
 /// A strip of 20 x 4 x 1 mm, clamped at one end, bent up by 1 mm by a plate that is then removed at once.
 #[test]
-fn what_a_tool_that_is_suddenly_gone_sets_free_is_told() {
+fn the_energy_released_by_a_removed_tool_is_reported() {
     let mesh = rectangle(20.0, 4.0, 1.0, 10, 2, 1);
     let mut constraints = Constraints::none(mesh.nodes.len());
     for node in (0..mesh.nodes.len()).filter(|&node| mesh.nodes[node].x < 1e-9) {
@@ -243,7 +244,7 @@ fn lifted_by(holder: f64) -> (Energies, Energies) {
 /// The clamping force vanishes within a small part of the springback; half of it over the whole springback would be
 /// many times the stored energy.
 #[test]
-fn a_clamp_that_is_suddenly_gone_does_no_work_on_the_way_back() {
+fn a_removed_clamp_does_no_work_during_springback() {
     for holder in [200.0, 2000.0] {
         let (lifted, last) = lifted_by(holder);
         assert!(lifted.elastic > 1.0 && last.elastic < 0.02 * lifted.elastic, "{last:?}");

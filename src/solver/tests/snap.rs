@@ -76,7 +76,7 @@ fn arch(force: f64, first_step: f64) -> (Vec<f64>, Energies, RunSummary, f64) {
 }
 
 #[test]
-fn a_shallow_arch_snaps_to_its_other_balance_and_loses_the_energy_between() {
+fn a_shallow_arch_snaps_through_and_releases_elastic_energy() {
     let (drops, energies, summary, unbalanced) = arch(30.0, 0.05);
     assert_eq!(summary.snaps, 1, "{summary:?}");
     let jump = drops.windows(2).position(|w| w[1] - w[0] > 0.5 * RISE).unwrap();
@@ -91,13 +91,13 @@ fn a_shallow_arch_snaps_to_its_other_balance_and_loses_the_energy_between() {
 
 /// The first step does not exceed the largest one: snap-through is searched for only below it.
 #[test]
-fn a_first_step_above_the_longest_changes_nothing() {
+fn a_first_step_above_the_largest_has_no_effect() {
     assert_eq!(arch(30.0, 1.0).0, arch(30.0, 0.05).0);
 }
 
 /// A bar that hardens to at most 300 MPa, loaded by twice that: there is no further equilibrium.
 #[test]
-fn a_load_that_nothing_balances_leaves_the_last_state() {
+fn a_load_without_equilibrium_leaves_the_last_state() {
     let mesh = rectangle(4.0, 1.0, 1.0, 4, 1, 1);
     let count = mesh.nodes.len();
     let mut constraints = Constraints::none(count);
@@ -150,7 +150,7 @@ fn pressed(depth: f64) -> (Simulation, usize) {
 }
 
 /// Deflection of the crown of a released arch, its largest displacement, and the number of snap-throughs.
-fn pressed_and_let_go(depth: f64) -> (f64, f64, usize) {
+fn pressed_and_released(depth: f64) -> (f64, f64, usize) {
     let (mut sim, crown) = pressed(depth);
     let summary = sim.run(&mut |_| Control::Continue).unwrap();
     let most = sim.displacements().iter().fold(0.0, |m: f64, u| m.max(u.abs()));
@@ -161,22 +161,22 @@ fn pressed_and_let_go(depth: f64) -> (f64, f64, usize) {
 /// equilibria, to one without any force at 1.31. The arch itself, between the tool and that equilibrium, springs
 /// back.
 #[test]
-fn an_arch_let_go_springs_back_and_does_not_stay_where_nothing_keeps_it() {
-    let (drop, most, snaps) = pressed_and_let_go(1.0);
+fn a_released_arch_springs_back_from_an_unstable_branch() {
+    let (drop, most, snaps) = pressed_and_released(1.0);
     assert!(most < 1e-9 * RISE && snaps == 1, "{drop} {most} {snaps}");
 }
 
 /// Pressed further the crown leaves the tool, and its final position does not depend on the depth.
 #[test]
-fn an_arch_let_go_on_its_far_side_stays_there() {
-    let [(drop, ..), (deeper, ..)] = [1.6, 1.9].map(pressed_and_let_go);
+fn an_arch_released_after_snap_through_stays_there() {
+    let [(drop, ..), (deeper, ..)] = [1.6, 1.9].map(pressed_and_released);
     assert!(drop > 1.6 && (deeper - drop).abs() < 1e-6, "{drop} {deeper}");
 }
 
 /// A tool that advances while dampers retain the sheet works against the dampers: this does not lead to the next
 /// equilibrium.
 #[test]
-fn a_tool_that_pushes_against_the_dampers_leaves_the_last_state() {
+fn a_tool_that_works_against_the_dampers_leaves_the_last_state() {
     let (mut sim, _) = pressed(1.2);
     let mut last = Vec::new();
     let mut advance = |sim: &mut Simulation| {
@@ -203,7 +203,7 @@ fn a_tool_that_pushes_against_the_dampers_leaves_the_last_state() {
 /// there. The trapezoidal rule sees the same forces at both ends of the step, so the released energy must be found
 /// otherwise.
 #[test]
-fn a_jump_within_a_step_is_a_snap_and_its_energy_is_told() {
+fn a_jump_within_a_step_is_reported_as_snap_through_with_its_energy() {
     let (mut sim, crown) = pressed(1.5);
     let (mut at_end, mut drop, mut snaps) = (Energies::default(), 0.0, 0);
     sim.run(&mut |r: &IncrementReport<'_>| {

@@ -91,7 +91,7 @@ fn a_straight_column_buckles_at_eulers_load() {
 
 /// Comparison with the elastica.
 #[test]
-fn a_column_with_a_load_across_buckles_to_the_side_it_is_pushed_to() {
+fn a_column_with_a_lateral_load_buckles_to_its_side() {
     for across in [1e-3, -1e-3] {
         let Clamped { unstable, buckled, aside } = clamped(across, 15);
         assert!(unstable.is_empty() && buckled.is_empty(), "{unstable:?} {buckled:?}");
@@ -272,7 +272,7 @@ fn bent_on_rolls(friction: f64, along: f64) -> ([usize; 4], f64) {
 /// A strip on rolls has almost no stiffness along itself, of either sign; friction on the rolls keeps it from sliding
 /// through.
 #[test]
-fn a_strip_that_friction_keeps_from_sliding_through_does_not_buckle() {
+fn a_strip_held_by_friction_does_not_buckle() {
     for friction in [0.05, 0.12, 0.3] {
         let ([increments, _, unstable, buckles], force) = bent_on_rolls(friction, 0.0);
         let ([with_load, ..], other) = bent_on_rolls(friction, 0.05);
@@ -285,7 +285,7 @@ fn a_strip_that_friction_keeps_from_sliding_through_does_not_buckle() {
 /// Without friction the strip slides through at no cost, except for the effect of contact at nodes: this is no
 /// buckling. The force of the punch is that of a strip which a small load moves along.
 #[test]
-fn a_strip_that_nothing_keeps_from_sliding_through_does_not_buckle() {
+fn a_strip_without_friction_slides_and_does_not_buckle() {
     let ([increments, cuts, unstable, buckles], force) = bent_on_rolls(0.0, 0.0);
     let (_, other) = bent_on_rolls(0.01, 0.0);
     assert!(unstable + buckles == 0, "{unstable}, {buckles}, {cuts}");

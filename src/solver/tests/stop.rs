@@ -64,7 +64,7 @@ fn ends(setup: SimulationSetup) -> Vec<([[f64; 2]; 2], Vec<f64>)> {
 }
 
 #[test]
-fn a_tool_goes_to_its_stop_and_no_farther() {
+fn a_tool_advances_to_its_stop() {
     let ends = ends(there_and_back(0.0));
     let near = |a: f64, b: f64, within: f64| assert!((a - b).abs() <= within, "{a} not {b}");
     let driven = self::ends(strip(0.0, &[travel(STOP)], &[Motion::Hold]));
@@ -95,7 +95,7 @@ fn a_tool_goes_to_its_stop_and_no_farther() {
 
 /// Two tools driven by force with travels coupled by the sheet, one of them at its stop.
 #[test]
-fn another_tool_moved_by_force_goes_on() {
+fn another_tool_driven_by_force_advances() {
     let both = ends(strip(0.1, &[force(100.0), force(100.0)], &[Motion::Hold, force(100.0)]));
     let [pad, punch] = both[1].0;
     assert_eq!(pad, [STOP, 0.0]);
@@ -104,7 +104,7 @@ fn another_tool_moved_by_force_goes_on() {
 
 /// A tool beyond its stop at the start of a stage stays there; the stop also applies to springs.
 #[test]
-fn a_tool_past_its_stop_is_not_pulled_back() {
+fn a_tool_past_its_stop_stays_there() {
     let spring = |force: f64| Motion::Spring { force: Curve::to(force), stiffness: 1.0 };
     for push in [force, spring] {
         let ends =
@@ -117,7 +117,7 @@ fn a_tool_past_its_stop_is_not_pulled_back() {
 }
 
 #[test]
-fn a_run_on_its_stop_goes_on_from_a_saved_state_to_the_bit() {
+fn a_run_restarted_at_a_stop_is_bit_identical() {
     let mut whole = Simulation::new(there_and_back(0.1)).unwrap();
     whole.run(&mut |_| Control::Continue).unwrap();
     let mut sim = Simulation::new(there_and_back(0.1)).unwrap();

@@ -105,7 +105,7 @@ fn r_values_and_yield_ratios_of_one_element_in_tension() {
 
 /// Strips pulled along x at an angle to the rolling direction, which lies in their plane for any rotation about x.
 #[test]
-fn a_strip_that_stands_upright_is_the_strip_that_lies_down() {
+fn a_vertical_strip_behaves_as_a_horizontal_one() {
     let cards =
         ["mild-steel-neto2012", "aa2090-t3-barlat2005"].map(|name| card::find(name).unwrap());
     for (card, angle) in cards.iter().flat_map(|card| [0.0, 0.6].map(|angle| (card, angle))) {
@@ -136,7 +136,7 @@ fn a_strip_that_stands_upright_is_the_strip_that_lies_down() {
 /// With two points the square of the height, in which the thickness strain varies, is constant: modes without
 /// stiffness.
 #[test]
-fn solid_shells_take_three_to_nine_points_through_the_thickness() {
+fn solid_shells_accept_three_to_nine_points_through_the_thickness() {
     for points in 1..=10 {
         let kind = ElementKind::SolidShell { points, membrane: true };
         let made = Body::new(rectangle(2.0, 3.0, 0.8, 2, 2, 1), kind, super::steel());

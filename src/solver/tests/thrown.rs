@@ -32,7 +32,7 @@ fn rod_over_stairs() -> System {
 
 /// The node at x = 6 is closest, and the rod passes it.
 #[test]
-fn a_force_pushes_a_tool_onto_a_node_in_its_way() {
+fn a_force_moves_a_tool_to_the_first_node_along_its_direction() {
     let mut sys = rod_over_stairs();
     assert_eq!(keep_pushed_tools(&mut sys), 1);
     let (_, touching) = sys.contact.active().next().unwrap();
@@ -43,7 +43,7 @@ fn a_force_pushes_a_tool_onto_a_node_in_its_way() {
 
 /// A node that has slid around an edge touches a wall parallel to the direction of the tool, its only contact.
 #[test]
-fn a_tool_that_touches_with_a_wall_comes_to_the_next_node() {
+fn a_tool_in_contact_with_a_wall_only_moves_to_the_next_node() {
     let mut sys = rod_over_stairs();
     let beside: Vec<usize> = (0..sys.contact.candidates.len())
         .filter(|&k| (sys.position(sys.contact.candidates[k].node).x - 6.0).abs() < 1e-9)
@@ -61,7 +61,7 @@ fn a_tool_that_touches_with_a_wall_comes_to_the_next_node() {
 /// If the sheet moves with a tool, the pivot of the matrix is rounding: the correction was 3e16 mm, beyond the range
 /// of the search.
 #[test]
-fn a_correction_throws_no_tool_off() {
+fn a_correction_of_a_tool_is_bounded() {
     let sys = rod_over_stairs();
     let of = |travel: f64| Correction {
         u: vec![0.0; sys.u.len()],

@@ -74,13 +74,13 @@ impl View {
     }
 
     /// A vector [mm] in the frame of the run.
-    fn way(&self, x: &Vec3) -> Vec3 {
+    fn vector(&self, x: &Vec3) -> Vec3 {
         self.turn * x * self.unit
     }
 
     /// A position [mm] in the frame of the run.
-    fn place(&self, x: &Vec3) -> Vec3 {
-        self.way(x) + self.shift * self.unit
+    fn position(&self, x: &Vec3) -> Vec3 {
+        self.vector(x) + self.shift * self.unit
     }
 }
 
@@ -94,8 +94,8 @@ fn dome(view: &View) -> ToolSetup {
     };
     let dome = Builder::new("dome").grid(6, 6, |u, v| {
         let outward = Vec3::new(1.4 * (u - 0.5), 1.4 * (v - 0.5), -1.0).normalize();
-        let place = view.place(&(Vec3::new(middle[0], middle[1], 30.0) + 25.0 * outward));
-        (place, view.turn * outward)
+        let position = view.position(&(Vec3::new(middle[0], middle[1], 30.0) + 25.0 * outward));
+        (position, view.turn * outward)
     });
     let dome = tool("dome", dome.build(), view.turn * -Vec3::z(), SheetSide::Top, 0.1);
     ToolSetup { placement: Placement::Touch, ..dome }
@@ -103,8 +103,8 @@ fn dome(view: &View) -> ToolSetup {
 
 /// A plate of 19 x 19 mm below the centre of the sheet.
 fn plate(view: &View) -> ToolSetup {
-    let along = |x: Vec3| view.way(&(19.0 * x));
-    let corner = view.place(&Vec3::new(20.5, 20.5, 0.0));
+    let along = |x: Vec3| view.vector(&(19.0 * x));
+    let corner = view.position(&Vec3::new(20.5, 20.5, 0.0));
     let up = view.turn * Vec3::z();
     let plate = plane("plate", corner, along(Vec3::x()), along(Vec3::y()), up);
     tool("plate", plate, up, SheetSide::Bottom, 0.1)
@@ -114,8 +114,8 @@ fn plate(view: &View) -> ToolSetup {
 fn rails(view: &View) -> ToolSetup {
     let up = view.turn * Vec3::z();
     let rail = |x: f64| {
-        let along = |x: Vec3| view.way(&x);
-        let corner = view.place(&Vec3::new(x, -5.0, 0.0));
+        let along = |x: Vec3| view.vector(&x);
+        let corner = view.position(&Vec3::new(x, -5.0, 0.0));
         plane("rails", corner, along(10.0 * Vec3::x()), along(70.0 * Vec3::y()), up)
     };
     let mut rails = rail(5.5);
@@ -158,7 +158,7 @@ fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
             }
         }
     }
-    mesh.nodes.iter_mut().for_each(|x| *x = view.place(x));
+    mesh.nodes.iter_mut().for_each(|x| *x = view.position(x));
     let stress = 1.0 / (view.unit * view.unit);
     let hill = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.5, m: 1.5, n: 1.29 };
     let swift = Hardening::Swift { k: 565.0 * stress, eps0: 0.007, n: 0.26 };
@@ -219,7 +219,7 @@ fn compare(model: &View, others: &[View]) {
 }
 
 #[test]
-fn a_turned_model_takes_the_same_iterations_to_the_same_result() {
+fn a_rotated_model_has_the_same_iterations_and_result() {
     let axis = Unit::new_normalize(Vec3::new(1.0, -2.0, 0.5));
     let turns = [
         Mat3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0),
@@ -236,7 +236,7 @@ fn a_turned_model_takes_the_same_iterations_to_the_same_result() {
 /// With a power of two rounding is the same and any constant with a unit has an effect; with a thousand rounding
 /// differs.
 #[test]
-fn a_model_in_another_unit_of_length_takes_the_same_iterations_to_the_same_result() {
+fn a_model_in_another_unit_of_length_has_the_same_iterations_and_result() {
     for model in models() {
         compare(&model, &[1.0 / 1024.0, 1e-3].map(|unit| View { unit, ..model }));
     }
@@ -245,7 +245,7 @@ fn a_model_in_another_unit_of_length_takes_the_same_iterations_to_the_same_resul
 /// Nodal positions are rounded according to the distance of the model from its origin; in a released free sheet this
 /// is the only force.
 #[test]
-fn a_free_sheet_far_from_the_origin_is_let_go_as_well() {
+fn a_free_sheet_far_from_the_origin_is_released_too() {
     for element in ELEMENTS {
         let model = View { process: Process::Free, ..View::straight(element) };
         let far = View { shift: Vec3::new(3e4, -2e4, 1e4), ..model };

@@ -147,8 +147,8 @@ impl Tool {
             self.setup.offset = start + d * along;
             let Some((gap, rate)) = self.smallest_gap(points, size) else {
                 // Walls of the tool may surround the sheet, with the facing surface behind them.
-                let far = if step == 0 { self.distance_along(points, size) } else { None };
-                along += far?;
+                let distance = if step == 0 { self.distance_along(points, size) } else { None };
+                along += distance?;
                 continue;
             };
             if gap.abs() <= 1e-13 * size {
@@ -164,14 +164,14 @@ impl Tool {
         use rayon::prelude::*;
         let (surface, direction) = (&self.setup.surface, self.setup.direction);
         let sheet = Aabb::of_points(points).diagonal();
-        let ways = points.par_iter().filter_map(|x| {
+        let distances = points.par_iter().filter_map(|x| {
             let place = x - self.shift();
             distance_along(surface, &place, &direction, [2.0 * (size + sheet), 0.01 * size], |_| {
                 true
             })
         });
-        let least = ways.reduce(|| f64::INFINITY, f64::min);
-        least.is_finite().then_some(least)
+        let smallest = distances.reduce(|| f64::INFINITY, f64::min);
+        smallest.is_finite().then_some(smallest)
     }
 
     /// Smallest gap to the points above the tool and its rate per travel, excluding walls parallel to the direction.
@@ -189,8 +189,8 @@ impl Tool {
                     (gap, rate)
                 })
                 .collect();
-            let least = all.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a });
-            least.filter(|g| g.0.is_finite())
+            let smallest = all.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a });
+            smallest.filter(|g| g.0.is_finite())
         })
     }
 }

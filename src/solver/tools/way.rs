@@ -13,7 +13,7 @@ pub(in crate::solver) const STEP_MIN_REL: f64 = 0.01;
 
 /// Distance along the unit vector `along` [mm] that a surface travels until it meets `place` (in the frame of the
 /// surface) with a normal that satisfies `pushes`; `None` beyond `distance_max` [mm]. Sphere tracing: each step is the
-/// current distance, at least [`STEP_MIN_REL`]` * reach`.
+/// current distance, at least [`STEP_MIN_REL`] times `reach`.
 pub(in crate::solver) fn distance_along(
     surface: &ToolSurface,
     place: &Vec3,

@@ -14,7 +14,7 @@ use crate::geometry::{Aabb, Vec3};
 use crate::tool::Patch;
 
 /// Convex radius over the element length below which a patch is sampled. A face of width w on a radius of 2 w
-/// penetrates by w/16 at its middle; the points of the face find at least a quarter of this depth for any contact
+/// penetrates by w/16 at its middle. The points of the face find this depth to within a quarter, for any contact
 /// point of the arc.
 const SAMPLED_RADIUS_REL: f64 = 2.0;
 /// Spacing of samples over the element length, and angle between their normals [rad]. They find the depth of an arc
@@ -108,9 +108,9 @@ fn sharp_sides(patches: &[Patch], searchable: &[bool], bounds: Aabb) -> Vec<[boo
 }
 
 /// Number of sampling intervals for a line of the given length and rotation of the normal.
-fn steps(length: f64, turn: f64, longest_edge: f64) -> f64 {
+fn steps(length: f64, rotation: f64, longest_edge: f64) -> f64 {
     (length / (SAMPLE_SPACING_REL * longest_edge))
-        .max(turn / SAMPLE_ANGLE_MAX)
+        .max(rotation / SAMPLE_ANGLE_MAX)
         .ceil()
         .clamp(1.0, SAMPLES_MAX)
 }
@@ -122,12 +122,12 @@ fn extent(patch: &Patch, from: [f64; 2], to: [f64; 2]) -> (f64, f64) {
         (patch.derivs(eta, zeta).s, patch.normal(eta, zeta).unwrap_or_default())
     };
     let points = [0.0, 0.5, 1.0].map(at);
-    let (mut length, mut turn) = (0.0, 0.0);
+    let (mut length, mut rotation) = (0.0, 0.0);
     for pair in points.windows(2) {
         length += (pair[1].0 - pair[0].0).norm();
-        turn += pair[0].1.dot(&pair[1].1).clamp(-1.0, 1.0).acos();
+        rotation += pair[0].1.dot(&pair[1].1).clamp(-1.0, 1.0).acos();
     }
-    (length, turn)
+    (length, rotation)
 }
 
 /// Smallest convex radius of a patch at its corners, midpoints of sides and inside [mm].
@@ -154,19 +154,20 @@ fn convex_radius(patch: &Patch) -> f64 {
 }
 
 fn plan_of(patches: &[Patch], patch: usize, edges: &[bool; 4], longest_edge: f64) -> Plan {
-    let own = &patches[patch];
+    let surface = &patches[patch];
     let along = |from: [f64; 2], to: [f64; 2]| {
-        let (length, turn) = extent(own, from, to);
-        steps(length, turn, longest_edge)
+        let (length, rotation) = extent(surface, from, to);
+        steps(length, rotation, longest_edge)
     };
     let side = |k: usize| {
-        (k < own.sides() && edges[k]).then(|| along(on_side(own, k, 0.0), on_side(own, k, 1.0)))
+        (k < surface.sides() && edges[k])
+            .then(|| along(on_side(surface, k, 0.0), on_side(surface, k, 1.0)))
     };
-    let small = convex_radius(own) < SAMPLED_RADIUS_REL * longest_edge;
+    let small = convex_radius(surface) < SAMPLED_RADIUS_REL * longest_edge;
     let grid = small.then(|| {
         let lines = [0.0, 0.5, 1.0];
-        if own.sides() == 3 {
-            let all = (0..3).map(|k| along(on_side(own, k, 0.0), on_side(own, k, 1.0)));
+        if surface.sides() == 3 {
+            let all = (0..3).map(|k| along(on_side(surface, k, 0.0), on_side(surface, k, 1.0)));
             [all.fold(1.0, f64::max); 2]
         } else {
             [

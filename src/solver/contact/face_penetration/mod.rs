@@ -42,7 +42,7 @@ impl Penetration {
         let mut sides: Vec<(SheetSide, Vec<Face>)> = Vec::new();
         for tool in tools {
             let side = tool.setup.side;
-            if !sides.iter().any(|(known, _)| *known == side) {
+            if !sides.iter().any(|(existing, _)| *existing == side) {
                 sides.push((side, faces_of(mesh, side)));
             }
         }
@@ -51,7 +51,7 @@ impl Penetration {
     }
 
     pub(in crate::solver) fn faces(&self, side: SheetSide) -> &[Face] {
-        self.sides.iter().find(|(known, _)| *known == side).map_or(&[], |(_, faces)| faces)
+        self.sides.iter().find(|(existing, _)| *existing == side).map_or(&[], |(_, faces)| faces)
     }
 }
 

@@ -119,7 +119,7 @@ fn the_sag_of_faces_on_a_radius_is_their_depth() {
 }
 
 #[test]
-fn a_tool_that_has_gone_right_through_and_one_beside_the_sheet_are_told_apart() {
+fn a_tool_through_the_sheet_is_distinguished_from_one_beside_it() {
     let through = found(ball(1.0), Vec3::new(18.0, 18.0, -1.7), SheetSide::Top, flat).unwrap();
     assert!((through.depth - 2.7).abs() < 0.01, "{through:?}");
     // Beside the rim, below the upper face.

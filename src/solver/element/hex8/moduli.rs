@@ -162,9 +162,9 @@ impl<S: Simd> Local<S> {
         }
         let third = Lane::splat(simd, -2.0 / 3.0);
         let (right, mut left) = (Lane::scaled(right, third), Lane::scaled(left, third));
-        let rest = both + self.d_ln_j_coefficient;
+        let remainder = both + self.d_ln_j_coefficient;
         for (left, inverse) in left.iter_mut().zip(self.inverse) {
-            *left = rest.mul_add(inverse, *left);
+            *left = remainder.mul_add(inverse, *left);
         }
         for j in 0..3 {
             for l in 0..3 {

@@ -84,7 +84,7 @@ impl<'a> Column<'a> {
     /// [`PointFailure`] if a stretch is not positive.
     pub(super) fn frame(&self, alpha: &[f64]) -> Result<Frame<'a>, PointFailure> {
         let place = (self.xi, self.eta);
-        let at = |pairs: &Pairs, turned| products(pairs, &self.in_plane, turned, place);
+        let at = |pairs: &Pairs, correction| products(pairs, &self.in_plane, correction, place);
         let before = at(self.shape.pairs, &[0.0; 2]);
         let now = at(&self.moved.pairs, &self.moved.fibres.value);
         let plane = Plane::at(self.xi, self.eta);

@@ -53,7 +53,7 @@ impl Hourglass {
 }
 
 /// `N² / (m_11 det m)` with `N = m_11 q_2 - m_12 q_1`, its gradient and its Hessian.
-fn turned([q1, q2, m11, m12, m22]: Gradient) -> (f64, Gradient, Hessian) {
+fn correction([q1, q2, m11, m12, m22]: Gradient) -> (f64, Gradient, Hessian) {
     let n = m11 * q2 - m12 * q1;
     let dn = [-m12, m11, q2, -q1, 0.0];
     let mut ddn: Hessian = [[0.0; ARGUMENTS]; ARGUMENTS];
@@ -94,8 +94,8 @@ impl Hourglass {
             std::array::from_fn(|k| c2 * n1[k] + c1 * n2[k]),
             std::array::from_fn(|k| c2 * (2.0 * n2[k])),
         ];
-        let along = turned(values);
-        let across = turned(swap(values));
+        let along = correction(values);
+        let across = correction(swap(values));
         let first = [along.1, swap(across.1)];
         let gradient = first.map(|first| {
             std::array::from_fn(|k| {
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_bends_in_the_plane_is_turned() {
+    fn only_in_plane_bending_is_corrected() {
         let skew = [[-1.0, -1.2, 0.0], [1.3, -1.0, 0.0], [1.1, 0.7, 0.0], [-0.8, 1.0, 0.0]];
         let reference = pairs(skew.map(Vec3::from));
         let hourglass = Hourglass::new(&reference);
@@ -196,15 +196,15 @@ mod tests {
     }
 
     #[test]
-    fn derivatives_of_what_is_turned_are_differences() {
+    fn derivatives_of_the_correction_agree_with_differences() {
         let values = [0.2, -0.1, 1.3, 0.4, 0.8];
-        let (_, first, second) = turned(values);
+        let (_, first, second) = correction(values);
         let step = 1e-5;
         for a in 0..ARGUMENTS {
             let at = |step: f64| {
                 let mut other = values;
                 other[a] += step;
-                turned(other)
+                correction(other)
             };
             let (more, less) = (at(step), at(-step));
             assert!((first[a] - (more.0 - less.0) / (2.0 * step)).abs() < 1e-9);

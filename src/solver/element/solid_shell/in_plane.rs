@@ -17,7 +17,7 @@ pub(super) struct InPlane {
     own: [[f64; 3]; 3],
     centre: [f64; 3],
     /// Coefficients of `F_1, F_2` (`fibres`) that are subtracted from the strains at the point.
-    pub turned: [f64; 2],
+    pub correction: [f64; 2],
 }
 
 /// Base vectors of the mid-surface at the centre.
@@ -31,7 +31,7 @@ impl InPlane {
     pub const IDENTITY: Self = Self {
         own: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         centre: [0.0; 3],
-        turned: [0.0; 2],
+        correction: [0.0; 2],
     };
 
     /// Map at `(ξ, η)` for an element with these pairs in the reference configuration.
@@ -59,7 +59,7 @@ impl InPlane {
         Self {
             own,
             centre: back.map(|t| t * FRAC_1_SQRT_2),
-            turned: [0.5 * eta * eta, 0.5 * xi * xi],
+            correction: [0.5 * eta * eta, 0.5 * xi * xi],
         }
     }
 

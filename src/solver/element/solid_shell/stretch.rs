@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fibres_along_the_axes_are_stretched_and_nothing_else() {
+    fn only_fibres_along_the_axes_are_stretched() {
         let base = Mat3::from_columns(&[
             Vec3::new(1.0, 0.1, 0.0),
             Vec3::new(0.4, 0.8, 0.1),

@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_that_say_nothing_cost_many_times_the_operations() {
+    fn unrelated_coordinates_cost_many_times_the_operations() {
         for (n, most) in [(6, 0.3), (8, 0.15), (12, 0.04)] {
             let (graph, centers) = scattered(n);
             let ratio = ratio(&graph, &centers, 3);

@@ -191,7 +191,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn every_block_comes_once_and_the_last_ones_cut_the_grid() {
+    fn every_block_occurs_once_and_the_last_ones_separate_the_grid() {
         let (graph, centers) = grid(21, 20);
         let order = nested_dissection(&graph, &centers);
         let mut seen = order.clone();

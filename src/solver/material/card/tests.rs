@@ -11,7 +11,7 @@ fn every_embedded_card_is_read_names_its_source_and_builds() {
 }
 
 #[test]
-fn isotropy_is_told_by_the_criterion() {
+fn isotropy_follows_from_the_criterion() {
     let isotropic = |name: &str| find(name).unwrap().is_isotropic().unwrap();
     assert!(isotropic("sheet-ssnv501") && isotropic("structural-steel-hartloper-uvc"));
     assert!(!isotropic("mild-steel-neto2012") && !isotropic("aa2090-t3-barlat2005"));

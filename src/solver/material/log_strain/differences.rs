@@ -70,15 +70,15 @@ const TRIPLE_SERIES_LIMIT: f64 = 0.15;
 fn distinct<S: Simd>(simd: S, values: [Lane<S>; 3], first: &[Lane<S>; 6]) -> Lane<S> {
     let [a, b, c] = values;
     // The pair with the largest distance has the smallest cancellation: f[a,b,c] = (f[a,c] - f[c,b]) / (a - b).
-    let (mut apart, mut difference) = (a - b, first[5] - first[4]);
+    let (mut distance, mut difference) = (a - b, first[5] - first[4]);
     for (next, step) in [(b - c, first[3] - first[5]), (c - a, first[4] - first[3])] {
-        let (width, wider) = (apart.abs(), next.abs());
+        let (width, wider) = (distance.abs(), next.abs());
         difference = width.if_less(wider, step, difference);
-        apart = width.if_less(wider, next, apart);
+        distance = width.if_less(wider, next, distance);
     }
     let smallest = a.min(b).min(c);
     let series = triple_series(simd, values);
-    apart.abs().if_less(smallest * TRIPLE_SERIES_LIMIT, series, difference / apart * 0.5)
+    distance.abs().if_less(smallest * TRIPLE_SERIES_LIMIT, series, difference / distance * 0.5)
 }
 
 /// Series of `f[a,b,c]` for close arguments: `½ Σ_k (-1)^{k+1}/k h_{k-2}(δ) / m²`, with complete homogeneous

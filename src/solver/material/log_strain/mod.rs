@@ -291,23 +291,23 @@ impl<S: Simd> FrameMaps<S> {
         out: &mut [[Eight; 6]; 6],
     ) {
         let zero = Lane::splat(simd, 0.0);
-        let mut turned = [[zero; 6]; 6];
-        for (row, from) in turned.iter_mut().zip(law) {
+        let mut rotated = [[zero; 6]; 6];
+        for (row, from) in rotated.iter_mut().zip(law) {
             *row = multiply(&Lane::load_all(simd, from, first), &self.map);
         }
         let mut eigen_tangent = [[zero; 6]; 6];
         for (i, row) in eigen_tangent.iter_mut().enumerate() {
-            *row = multiply(&self.to_eigenframe[i], &turned);
+            *row = multiply(&self.to_eigenframe[i], &rotated);
             for (value, factor) in row.iter_mut().zip(differences.first) {
                 *value = *value * (differences.first[i] * factor);
             }
         }
         add_second_order(&mut eigen_tangent, differences, t);
-        for (row, turned) in eigen_tangent.iter().zip(&mut turned) {
-            *turned = multiply(row, &self.to_eigenframe);
+        for (row, rotated) in eigen_tangent.iter().zip(&mut rotated) {
+            *rotated = multiply(row, &self.to_eigenframe);
         }
         for (row, out) in self.map.iter().zip(out) {
-            for (value, out) in multiply(row, &turned).into_iter().zip(out) {
+            for (value, out) in multiply(row, &rotated).into_iter().zip(out) {
                 value.store(out, first);
             }
         }

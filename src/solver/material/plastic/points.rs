@@ -35,7 +35,8 @@ impl Plastic {
         for (point, (strain, stress)) in elastic.iter_mut().enumerate().take(count) {
             let old = &old[point * len..][..len];
             let own = strains.map(|of| of[point]);
-            let own = self.to_material.as_ref().map_or(own, |turn| tensor::apply(turn, &own));
+            let own =
+                self.to_material.as_ref().map_or(own, |rotation| tensor::apply(rotation, &own));
             *strain = std::array::from_fn(|i| own[i] - old[STRAIN + i]);
             *stress = self.elastic.stress(strain);
             let all = relative_stress.iter_mut().zip(self.relative_stress(stress, old));
@@ -53,11 +54,11 @@ impl Plastic {
             };
             self.return_to_surface(law, &trial, &mut new[range], &mut response)
                 .map_err(|e| (point, e))?;
-            if let Some(turn) = &self.to_material {
-                let back = tensor::transpose(turn);
+            if let Some(rotation) = &self.to_material {
+                let back = tensor::transpose(rotation);
                 response.stress = tensor::apply(&back, &response.stress);
                 let half = tensor::product(&back, &response.tangent);
-                response.tangent = tensor::product(&half, turn);
+                response.tangent = tensor::product(&half, rotation);
             }
             out.set_point(point, &response);
         }

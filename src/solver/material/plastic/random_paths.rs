@@ -44,11 +44,11 @@ fn random_paths_end_on_the_yield_surface_with_the_true_tangent_in_every_frame() 
     for (index, material) in kinds.iter().enumerate() {
         let walks: Vec<PathErrors> =
             (0..paths).into_par_iter().map(|path| walk(material, index, path)).collect();
-        let seen = walks.into_iter().fold(PathErrors::default(), PathErrors::and);
-        println!("kind {index}: {paths} paths, {seen:?}");
+        let errors = walks.into_iter().fold(PathErrors::default(), PathErrors::and);
+        println!("kind {index}: {paths} paths, {errors:?}");
         let steps = STEPS * paths;
         // The shortest quarter of the increments stays elastic in a strong sheet.
-        assert!(2 * seen.plastic > steps && 3 * seen.checked > steps, "{index}: {seen:?}");
+        assert!(2 * errors.plastic > steps && 3 * errors.checked > steps, "{index}: {errors:?}");
     }
 }
 
@@ -58,34 +58,34 @@ fn walk(material: &Plastic, index: usize, path: usize) -> PathErrors {
     let size = 10f64.powf(-4.0 * (path % 17) as f64 / 16.0);
     let mut strain = [0.0; 6];
     let mut state = vec![0.0; material.state_len()];
-    let mut seen = PathErrors::default();
+    let mut errors = PathErrors::default();
     for _ in 0..STEPS {
         let step = random.tensor(size);
         (0..6).for_each(|i| strain[i] += step[i]);
         let (out, new) = run(material, &strain, &state);
         let frame = frame_error(material, &mut random, &strain, &state, &out);
         assert!(frame < 1e-12, "{index}, path {path}: {frame:e} in another frame at size {size}");
-        seen.frame = seen.frame.max(frame);
+        errors.frame = errors.frame.max(frame);
         if out.plastic {
-            seen.plastic += 1;
+            errors.plastic += 1;
             let error = consistency(material, &out.stress, &new).abs();
             assert!(
                 error < 1e-10,
                 "{index}, path {path}: {error:e} off the surface at size {size}"
             );
-            seen.consistency = seen.consistency.max(error);
+            errors.consistency = errors.consistency.max(error);
             let trace = new[0] + new[1] + new[2];
             assert!(trace.abs() < 1e-14 * (1.0 + size), "plastic volume change {trace:e}");
             assert!(new[EQUIVALENT] > state[EQUIVALENT] && new[WORK].is_finite());
             if let Some(error) = tangent_error(material, &strain, &state, &out, size) {
                 assert!(error < 1e-6, "{index}, path {path}: tangent {error:e} at size {size}");
-                seen.checked += 1;
-                seen.tangent = seen.tangent.max(error);
+                errors.checked += 1;
+                errors.tangent = errors.tangent.max(error);
             }
         }
         state = new;
     }
-    seen
+    errors
 }
 
 /// Largest change of the stress under a common rotation of body and material axes, over the trial stress.

@@ -135,7 +135,7 @@ pub(super) mod tests {
     /// Comparison with the law itself in 200 increments. Isotropic flow would give another stress, for AA2090-T3 by
     /// more than 1 %.
     #[test]
-    fn it_is_what_a_point_of_the_law_does() {
+    fn it_agrees_with_a_point_of_the_law() {
         for name in ["aa2090-t3-barlat2005", "aa6111-t4-barlat2005"] {
             let [_, law] = sheet(name);
             let mut state = vec![0.0; BACKSTRESS + 6 * law.backstresses.len()];

@@ -93,7 +93,7 @@ pub(super) fn consistency(material: &Plastic, stress: &Mandel, state: &[f64]) ->
 /// Backstresses with recovery, strained in one step and in a thousand, then reversed likewise: the same flow, since
 /// the flow direction is constant.
 #[test]
-fn recovery_is_exact_for_flow_that_goes_one_way() {
+fn recovery_is_exact_for_monotonic_flow() {
     let isotropic = Hill48 { f: 0.5, g: 0.5, h: 0.5, l: 1.5, m: 1.5, n: 1.5 };
     let law = Plastic::new(ELASTIC, &isotropic, swift()).unwrap();
     let hosford = YieldFunction::Yld2004(Box::new(Yld2004::hosford(6.5).unwrap()));
@@ -231,7 +231,7 @@ fn response_is_indifferent_to_the_frame() {
 }
 
 #[test]
-fn unloading_is_elastic_and_a_second_call_changes_nothing() {
+fn unloading_is_elastic_and_an_update_is_pure() {
     let material = kinematic();
     let strain = [0.05, -0.02, -0.03, 0.01, 0.0, 0.02];
     let (out, state) = run(&material, &strain, &vec![0.0; material.state_len()]);
@@ -354,7 +354,7 @@ fn work_is_accounted_for_to_second_order_in_the_steps() {
 /// Eight points of one material (elastic, slightly plastic, far beyond yielding) with different histories. Yielding
 /// points agree with the general return mapping.
 #[test]
-fn points_side_by_side_are_what_they_are_alone() {
+fn points_in_lanes_agree_with_single_points() {
     let mut random = Random(7);
     for material in every_kind() {
         let len = material.state_len();

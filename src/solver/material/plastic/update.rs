@@ -54,7 +54,8 @@ impl Material for Plastic {
 
     fn point_state(&self, history: &[f64]) -> Option<PointState> {
         let total: Mandel = std::array::from_fn(|i| history[LOG_STRAIN + i]);
-        let total = self.to_material.as_ref().map_or(total, |turn| tensor::apply(turn, &total));
+        let total =
+            self.to_material.as_ref().map_or(total, |rotation| tensor::apply(rotation, &total));
         let elastic = std::array::from_fn(|i| total[i] - history[STRAIN + i]);
         let stress = self.elastic.stress(&elastic);
         Some(PointState {

@@ -239,16 +239,16 @@ impl Yld2004 {
                 mixed[i][j] = a * (a - 1.0) * power;
             }
         }
-        let turned_slope = turned(&slope, -1.0);
+        let transposed_slope = scaled_transpose(&slope, -1.0);
         Phi {
             value,
-            gradients: [&slope, &turned_slope].map(|of| of.map(|row| row.iter().sum::<f64>())),
+            gradients: [&slope, &transposed_slope].map(|of| of.map(|row| row.iter().sum::<f64>())),
             hessians: [
                 self.eigenframe_hessian(&differences, &slope, &mixed),
                 self.eigenframe_hessian(
-                    &turned(&differences, -1.0),
-                    &turned_slope,
-                    &turned(&mixed, 1.0),
+                    &scaled_transpose(&differences, -1.0),
+                    &transposed_slope,
+                    &scaled_transpose(&mixed, 1.0),
                 ),
             ],
             mixed,
@@ -365,7 +365,7 @@ impl Frame {
 }
 
 /// Transpose times a number.
-fn turned(m: &[[f64; 3]; 3], by: f64) -> [[f64; 3]; 3] {
+fn scaled_transpose(m: &[[f64; 3]; 3], by: f64) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| by * m[j][i]))
 }
 

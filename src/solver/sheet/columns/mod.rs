@@ -51,13 +51,13 @@ pub fn from_hexahedra(
         match Stacks::new(points, elements, directions) {
             Ok(stacks) => {
                 let [length, along_z] = stacks.measures(points);
-                let off = thickness.map_or(length, |thickness| (length - thickness).abs());
-                let better = best.as_ref().is_none_or(|([least, z], _)| {
-                    let alike = (off - least).abs() <= 1e-3 * length;
-                    if alike { along_z > *z } else { off < *least }
+                let deviation = thickness.map_or(length, |thickness| (length - thickness).abs());
+                let better = best.as_ref().is_none_or(|([smallest, z], _)| {
+                    let alike = (deviation - smallest).abs() <= 1e-3 * length;
+                    if alike { along_z > *z } else { deviation < *smallest }
                 });
                 if better {
-                    best = Some(([off, along_z], stacks));
+                    best = Some(([deviation, along_z], stacks));
                 }
             }
             Err(error) => fault = error,

@@ -66,9 +66,9 @@ impl Stacks {
             b > a
         };
         let of_column = |e: usize| ring(e).map(|n| place[n as usize].0);
-        let turned = columns_to_reverse(elements.len(), self.columns.len(), of_column, up)?;
-        for (column, turn) in self.columns.iter_mut().zip(turned) {
-            if turn {
+        let reverse = columns_to_reverse(elements.len(), self.columns.len(), of_column, up)?;
+        for (column, reverse) in self.columns.iter_mut().zip(reverse) {
+            if reverse {
                 column.reverse();
             }
         }

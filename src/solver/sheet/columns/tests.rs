@@ -123,7 +123,7 @@ fn quads_are_turned_towards_z_and_a_moebius_band_is_refused() {
 
 /// A slice half as wide as it is thick: its shortest columns run across it.
 #[test]
-fn the_thickness_tells_which_way_it_runs() {
+fn the_given_thickness_selects_the_direction() {
     let slice = rectangle(10.0, 0.5, 1.0, 10, 1, 1);
     let found = |thickness| {
         from_hexahedra(&slice.nodes, &slice.elements, false, thickness).unwrap().mean_thickness()

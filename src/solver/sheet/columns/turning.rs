@@ -36,15 +36,15 @@ pub(super) fn columns_to_reverse(
             links[ids[next] as usize].push((ids[k], differ));
         }
     }
-    let turned = propagate_orientation(columns, |column| links[column].iter().copied());
+    let reverse = propagate_orientation(columns, |column| links[column].iter().copied());
     for e in 0..elements {
         let ids = of_column(e);
-        let orientation = |k: usize| up(e, k) ^ turned[ids[k] as usize];
+        let orientation = |k: usize| up(e, k) ^ reverse[ids[k] as usize];
         if (1..4).any(|k| orientation(k) != orientation(0)) {
             return Err(SheetError::OneSided { element: e });
         }
     }
-    Ok(turned)
+    Ok(reverse)
 }
 
 /// Marks items so that linked items differ where the link requires it, as far as possible.
@@ -127,15 +127,15 @@ pub fn oriented(points: &[Vec3], quads: &[[u32; 4]]) -> Result<Vec<[u32; 4]>, Sh
     let neighbours = Neighbours::of(quads)?;
     let pairs = |e: usize| neighbours.of_element(e).map(move |(other, _)| [e, other as usize]);
     check_connected(quads.len(), (0..quads.len()).flat_map(pairs))?;
-    let turned = propagate_orientation(quads.len(), |e| neighbours.of_element(e));
+    let reverse = propagate_orientation(quads.len(), |e| neighbours.of_element(e));
     let inconsistent = |e: usize| {
-        neighbours.of_element(e).any(|(o, differ)| turned[e] ^ turned[o as usize] != differ)
+        neighbours.of_element(e).any(|(o, differ)| reverse[e] ^ reverse[o as usize] != differ)
     };
     if let Some(element) = (0..quads.len()).find(|&e| inconsistent(e)) {
         return Err(SheetError::OneSided { element });
     }
-    let turn = |(q, &turn): (&[u32; 4], &bool)| if turn { reversed(q) } else { *q };
-    let quads: Vec<[u32; 4]> = quads.iter().zip(&turned).map(turn).collect();
+    let orient = |(q, &reverse): (&[u32; 4], &bool)| if reverse { reversed(q) } else { *q };
+    let quads: Vec<[u32; 4]> = quads.iter().zip(&reverse).map(orient).collect();
     let area = |q: &[u32; 4]| {
         let [a, b, c, d] = q.map(|n| points[n as usize]);
         (c - a).cross(&(d - b))

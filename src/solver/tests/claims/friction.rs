@@ -74,7 +74,7 @@ fn drawn_block(mu: f64, ratio: f64) -> SimulationSetup {
 
 /// Drawn with 1e-4 less than the friction limit the block sticks; with 1e-4 more it slides.
 #[test]
-fn a_block_stays_below_and_goes_above_the_limit_of_friction() {
+fn a_block_sticks_below_and_slides_above_the_friction_limit() {
     for mu in [0.1, 0.5] {
         let run = |ratio: f64| {
             let mut sim = Simulation::new(drawn_block(mu, ratio)).unwrap();
@@ -178,7 +178,7 @@ fn capstan(mu: f64, patches: usize) -> f64 {
 /// `F2 / F1 = exp(mu theta)` within 1 %. Friction acts at the inner face and the tension half a thickness further
 /// out: with `theta R / (R + t/2)` the ratio is accurate to 3e-4, even with 12 patches.
 #[test]
-fn a_strip_over_a_cylinder_is_held_as_by_a_capstan() {
+fn a_strip_over_a_cylinder_obeys_the_capstan_equation() {
     for (mu, patches) in [(0.1, 40), (0.3, 40), (0.3, 12)] {
         let (ratio, exact) = (capstan(mu, patches), (mu * PI).exp());
         println!("capstan {mu} {patches}: {ratio} against {exact} ({:+.5})", ratio / exact - 1.0);

@@ -57,7 +57,7 @@ fn pressed_by(
 }
 
 #[test]
-fn a_uniform_state_passes_through_contact() {
+fn contact_transmits_a_uniform_state() {
     let mesh = distorted();
     let sim = pressed(&mesh, Motion::Travel(Curve::ramp(0.0, 0.02)));
     // Uniaxial logarithmic strain: the others follow from Poisson's ratio.
@@ -130,7 +130,7 @@ fn a_flat_press_makes_a_uniform_pressure_on_a_distorted_mesh() {
 /// A bed that rises against a press on a spring. The spring force is that of the block compressed by the difference
 /// of both travels. For a quarter model the spring is that of the complete process.
 #[test]
-fn a_block_between_a_tool_that_moves_and_a_sprung_one_finds_its_balance() {
+fn a_block_between_a_moving_and_a_sprung_tool_is_in_equilibrium() {
     const RISE: f64 = 0.3;
     let mesh = distorted();
     for (stiffness, preload, share) in

@@ -46,7 +46,7 @@ fn pressed(contact: ContactMethod) -> (f64, usize, [f64; 2]) {
 }
 
 #[test]
-fn a_penalty_errs_with_one_over_its_stiffness_and_an_augmented_one_not_at_all() {
+fn the_penalty_error_is_inverse_to_its_stiffness_and_vanishes_with_augmentation() {
     let (exact, few, _) = pressed(ContactMethod::Exact);
     let [soft, hard] = [20.0, 200.0].map(|stiffness| pressed(ContactMethod::Penalty { stiffness }));
     let (error, smaller) = (1.0 - soft.0 / exact, 1.0 - hard.0 / exact);

@@ -24,12 +24,12 @@ fn shear_samples(xi: f64, eta: f64) -> [(Plane, bool, f64); 4] {
     ]
 }
 
-/// Generalised products `½ g_i·g_j` of one configuration; `turned` are its corrections `F_1, F_2` of rotated fibres.
+/// Generalised products `½ g_i·g_j` of one configuration; `correction` is `F_1, F_2` of its rotated fibres.
 /// Strains are differences of two configurations.
 pub(super) fn products(
     pairs: &Pairs,
     in_plane: &InPlane,
-    turned: &[f64; 2],
+    correction: &[f64; 2],
     (xi, eta): (f64, f64),
 ) -> [f64; GENERALISED] {
     let plane = Plane::at(xi, eta);
@@ -39,7 +39,7 @@ pub(super) fn products(
     let mut p = [0.0; GENERALISED];
     let (c1, c2) = in_plane::tangents(pairs);
     let mut own = [0.5 * a1.dot(&a1), 0.5 * a2.dot(&a2), r * a1.dot(&a2)];
-    (0..2).for_each(|f| own[f] -= in_plane.turned[f] * turned[f]);
+    (0..2).for_each(|f| own[f] -= in_plane.correction[f] * correction[f]);
     p[..3].copy_from_slice(&in_plane.assumed(&own, r * c1.dot(&c2)));
     p[3..6].copy_from_slice(&[a1.dot(&d1), a2.dot(&d2), r * (a1.dot(&d2) + a2.dot(&d1))]);
     p[6..9].copy_from_slice(&[0.5 * d1.dot(&d1), 0.5 * d2.dot(&d2), r * d1.dot(&d2)]);
@@ -68,7 +68,7 @@ pub(super) fn derivatives(
     let ((c1, c2), middle) = (in_plane::tangents(pairs), Plane::at(0.0, 0.0));
     for k in 0..4 {
         let mut own = [a1 * n1[k], a2 * n2[k], (a2 * n1[k] + a1 * n2[k]) * r];
-        (0..2).for_each(|f| own[f] -= fibres.gradient[f][k] * in_plane.turned[f]);
+        (0..2).for_each(|f| own[f] -= fibres.gradient[f][k] * in_plane.correction[f]);
         let centre = (c2 * middle.by_xi[k] + c1 * middle.by_eta[k]) * r;
         for (row, by) in in_plane.assumed(&own, centre).into_iter().enumerate() {
             scatter_derivative(&mut b, row, k, by, none);
@@ -139,7 +139,7 @@ pub(super) fn add_curvature(
         s[0] * n1[i] * n1[j] + s[1] * n2[i] * n2[j] + s[2] * r * (n1[i] * n2[j] + n2[i] * n1[j])
     };
     let (own, centre) = in_plane.work([stress[0], stress[1], stress[2]]);
-    (0..2).for_each(|f| turning[f] -= in_plane.turned[f] * own[f]);
+    (0..2).for_each(|f| turning[f] -= in_plane.correction[f] * own[f]);
     for i in 0..4 {
         for j in 0..4 {
             sum[i][j] += form(&plane, &own, i, j) + form(&middle, &[0.0, 0.0, centre], i, j);

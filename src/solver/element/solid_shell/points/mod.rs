@@ -184,15 +184,23 @@ fn update_material<S: Simd>(
     let len = input.material.state_len();
     let mut responses = Responses::zero();
     for first in (0..count).step_by(POINTS) {
-        let here = POINTS.min(count - first);
+        let count_here = POINTS.min(count - first);
         let mut c = [[1.0; POINTS]; 6];
         for (c, from) in c.iter_mut().zip(&points.stretched) {
-            c[..here].copy_from_slice(&from[first..first + here]);
+            c[..count_here].copy_from_slice(&from[first..first + count_here]);
         }
-        let range = first * len..(first + here) * len;
+        let range = first * len..(first + count_here) * len;
         let histories = (&input.old_state[range.clone()], &mut new_state[range]);
-        log_strain::update_lanes(simd, input.material, &c, here, histories, true, &mut responses)
-            .map_err(|(k, error)| PointFailure { point: first + k, reason: error.into() })?;
+        log_strain::update_lanes(
+            simd,
+            input.material,
+            &c,
+            count_here,
+            histories,
+            true,
+            &mut responses,
+        )
+        .map_err(|(k, error)| PointFailure { point: first + k, reason: error.into() })?;
         let put = |from: &Eight, to: &mut PerPoint| to[first..first + POINTS].copy_from_slice(from);
         for i in 0..6 {
             put(&responses.stress[i], &mut points.stress[i]);
@@ -281,7 +289,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lanes_beyond_a_column_do_not_count() {
+    fn lanes_beyond_a_column_are_excluded() {
         let simd = pulp::Scalar::new();
         let one = Lane::splat(simd, 1.0);
         let weights = Weights { simd, at: 3, quadrature: one, weight: one + one };

@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn stretches_have_the_derivatives_that_differences_have() {
+    fn derivatives_of_stretches_agree_with_differences() {
         let f = Mat3::new(1.2, 0.3, 0.0, -0.1, 0.7, 0.2, 0.0, 0.1, 1.1);
         let (alpha, step) = ([0.4, 0.25], 1e-5);
         let (directions, work, second) = modes(&f, alpha);
@@ -185,7 +185,7 @@ mod tests {
             other[k] += step;
             other
         };
-        let turned = f + Mat3::new(0.1, -0.2, 0.0, 0.3, 0.1, 0.0, 0.2, 0.0, -0.1) * step;
+        let perturbed = f + Mat3::new(0.1, -0.2, 0.0, 0.3, 0.1, 0.0, 0.2, 0.0, -0.1) * step;
         for k in 0..2 {
             let ends = [moved(k, 0.5 * step), moved(k, -0.5 * step)];
             let rate = by(strain(&f, ends[0]), strain(&f, ends[1]), step);
@@ -195,7 +195,7 @@ mod tests {
                 let change = by(at(0.5 * step), at(-0.5 * step), step);
                 assert!((tensor::dot(&change, &STRESS) - second[k][l]).abs() < 1e-8);
             }
-            let change = |alpha| by(strain(&turned, alpha), strain(&f, alpha), step);
+            let change = |alpha| by(strain(&perturbed, alpha), strain(&f, alpha), step);
             let rate = by(change(ends[0]), change(ends[1]), step);
             let expected = tensor::dot(&work[k], &change(alpha));
             assert!((tensor::dot(&rate, &STRESS) - expected).abs() < 1e-4);

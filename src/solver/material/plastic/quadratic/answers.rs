@@ -67,9 +67,9 @@ impl Step<'_> {
         Lane::dot(&stress, &flow).store(&mut flows.works, first);
         (Lane::dot(&stress, &left) * 0.5).store(&mut out.elastic_energy, first);
         let mut tangent = self.tangent(simd, &at, first);
-        if let Some(turn) = &material.to_material {
-            stress = rotate(turn, true, &stress);
-            rotate_back(turn, &mut tangent);
+        if let Some(rotation) = &material.to_material {
+            stress = rotate(rotation, true, &stress);
+            rotate_back(rotation, &mut tangent);
         }
         for i in 0..6 {
             stress[i].store(&mut out.stress[i], first);

@@ -156,8 +156,8 @@ impl<'a> Step<'a> {
     fn set_trial_state<S: Simd>(&mut self, simd: S, strains: &[Eight; 6], first: usize) {
         let (material, spectrum) = (self.material, self.spectrum);
         let mut strain = Lane::load_all(simd, strains, first);
-        if let Some(turn) = &material.to_material {
-            strain = rotate(turn, false, &strain);
+        if let Some(rotation) = &material.to_material {
+            strain = rotate(rotation, false, &strain);
         }
         let plastic = self.load_history(simd, STRAIN, first);
         for ((elastic, strain), plastic) in self.elastic.iter_mut().zip(&mut strain).zip(plastic) {

@@ -76,7 +76,7 @@ struct Wrong {
 
 /// Nodal pressures at the top: squared differences from Hertz at a contact radius `a` [mm] over the disc, over the
 /// mean pressure; and the relative difference at the centre. `x`: positions of the nodes along either side.
-fn pressure_off(load: &[f64], x: &[f64], a: f64) -> [f64; 2] {
+fn pressure_error(load: &[f64], x: &[f64], a: f64) -> [f64; 2] {
     let (last, peak) = (x.len() - 1, 2.0 * MODULUS * a / (PI * RADIUS));
     let width = |k: usize| 0.5 * (x[(k + 1).min(last)] - x[k.saturating_sub(1)]);
     let off = |k: usize| {
@@ -106,7 +106,7 @@ fn sphere(curved: Curved, n: usize) -> Wrong {
         let approach = r.tools[0].travel + r.share * sinks;
         let force = (a * a / RADIUS / approach).powf(1.5) - 1.0;
         let load: Vec<f64> = tops.iter().map(|node| -r.contact_forces[3 * node + 2]).collect();
-        let [pressure, peak] = pressure_off(&load, &x, a);
+        let [pressure, peak] = pressure_error(&load, &x, a);
         wrong.force += force * force;
         wrong.pressure += pressure;
         wrong.peak += peak * peak;

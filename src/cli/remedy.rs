@@ -163,7 +163,7 @@ fn of_run(error: &RunError) -> Option<String> {
         )),
         RunError::Foreign { .. } => Some(format!("{ANOTHER_FOLDER}, or --overwrite")),
         RunError::Checkpoint(error) => Some(of_checkpoint(error)),
-        RunError::ExcludedPatches { .. } => Some("the command without --auto".into()),
+        RunError::LeftOut { .. } => Some("the command without --auto".into()),
         RunError::Solver { cause, .. } => of_solver(cause),
         _ => None,
     }

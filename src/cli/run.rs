@@ -70,7 +70,7 @@ impl From<RunError> for Failure {
                 SimulationError::Stopped { .. } => Exit::Stopped,
                 _ => Exit::NoConvergence,
             },
-            RunError::ExcludedPatches { .. } => Exit::NoConvergence,
+            RunError::LeftOut { .. } => Exit::NoConvergence,
         };
         Self::new(exit, error)
     }

@@ -73,7 +73,7 @@ pub enum RunError {
     #[error(
         "increment {increment}: node {node} has come within the contact search's reach of a patch of `{tool}` that was left out (`auto`); run with all patches\n  the state at the end of that increment is in {}/steps/last.vtu", folder.display()
     )]
-    ExcludedPatches {
+    LeftOut {
         /// Increment, whose result may be wrong.
         increment: usize,
         /// Tool.

@@ -230,7 +230,7 @@ impl Run<'_> {
         let Some((tool, node)) = found else { return Ok(()) };
         let (tool, folder_path) = (self.plan.scene.tools[tool].name.clone(), folder.path.clone());
         let increment = simulation.summary().increments;
-        let error = RunError::ExcludedPatches { increment, tool, node, folder: folder_path };
+        let error = RunError::LeftOut { increment, tool, node, folder: folder_path };
         folder.write_last_state(simulation, Some(node))?;
         folder.finish(Verdict::NotConverged, Some(error.to_string()), self.start)?;
         Err(error)

@@ -59,7 +59,9 @@ fn two_for_a_folder_that_another_process_works_in() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     fs::create_dir(&out).unwrap();
-    let Attempt::Acquired(_lock) = take(&file_in(&out)).unwrap() else { panic!("a folder of our own") };
+    let Attempt::Acquired(_lock) = take(&file_in(&out)).unwrap() else {
+        panic!("a folder of our own")
+    };
     let file = scene(folder.path(), |_| {});
     let done = solve(&["run", file.to_str().unwrap(), "-q", "-o", "out"], folder.path());
     let said = String::from_utf8_lossy(&done.stderr);

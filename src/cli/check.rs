@@ -20,7 +20,7 @@ use crate::scene::read::read_for_check;
 use crate::scene::types::{BlankShape, Course, Drive};
 use crate::scene::{Plan, SceneError, read};
 use crate::solver::SimulationSetup;
-use crate::solver::reach::{leave_out, reachable};
+use crate::solver::reach::{exclude_unreachable, reachable};
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
@@ -247,7 +247,7 @@ fn print_output(plan: &Plan, check: &Check, output: &Output<'_>) {
 }
 
 fn print_excluded(plan: &Plan, setup: &mut SimulationSetup) -> Result<(), Failure> {
-    let (excluded, _) = leave_out(setup).map_err(Failure::input)?;
+    let (excluded, _) = exclude_unreachable(setup).map_err(Failure::input)?;
     for left in &excluded {
         let tool = &plan.scene.tools[left.tool].name;
         out!("  auto       excludes {} of {} patches of {tool}", left.patches, left.of);

@@ -183,7 +183,8 @@ impl Cost {
         let bytes = work.factors
             + entries(sheet) * BYTES_PER_ENTRY
             + sheet.elements as f64
-                * (BYTES_PER_ELEMENT + HISTORY_COPIES * setup.body.state_bytes_an_element() as f64);
+                * (BYTES_PER_ELEMENT
+                    + HISTORY_COPIES * setup.body.state_bytes_per_element() as f64);
         let fewest: f64 = setup.stages.iter().map(fewest_increments).sum();
         let thickness = setup.body.mesh().mean_thickness().max(1e-300);
         let increments = [

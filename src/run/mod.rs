@@ -34,7 +34,7 @@ use std::time::Instant;
 use crate::cancel::{Cancel, Section};
 use crate::report::record::{ExcludedPatchesRecord, RunRecord, Verdict};
 use crate::scene::Plan;
-use crate::solver::reach::{Guard, LeftOut, leave_out, reachable};
+use crate::solver::reach::{ExcludedPatches, Guard, exclude_unreachable, reachable};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
 pub use error::{CheckpointError, RunError};
@@ -86,7 +86,7 @@ pub fn run(
         prepare(plan, scene_path, options.auto)?;
     let _lock = lock_folder(output, options)?;
     let section = options.stop.section();
-    simulation.heed(options.stop.clone());
+    simulation.set_cancel(options.stop.clone());
     let run = Run { plan, scene_path, output, options, guard, start };
     let (mut folder, next) = if options.restart {
         run.restored_folder(&mut simulation)?
@@ -133,12 +133,12 @@ fn prepare(plan: &Plan, scene_path: &Path, auto: bool) -> Result<Prepared, RunEr
     }
     let holders = advice::holder::holders(&setup, &reachable(&setup));
     let (excluded_patches, guard) = if auto {
-        let (excluded_patches, guard) = leave_out(&mut setup).map_err(setup_error)?;
+        let (excluded_patches, guard) = exclude_unreachable(&mut setup).map_err(setup_error)?;
         (excluded_patches, Some(guard))
     } else {
         (Vec::new(), None)
     };
-    let record = |left: &LeftOut| ExcludedPatchesRecord {
+    let record = |left: &ExcludedPatches| ExcludedPatchesRecord {
         tool: plan.scene.tools[left.tool].name.clone(),
         patches: left.patches,
         total: left.of,
@@ -229,7 +229,7 @@ impl Run<'_> {
         simulation: &Simulation,
         folder: &mut RunFolder,
     ) -> Result<(), RunError> {
-        let found = self.guard.as_ref().and_then(|guard| guard.breach(simulation));
+        let found = self.guard.as_ref().and_then(|guard| guard.find_violation(simulation));
         let Some((tool, node)) = found else { return Ok(()) };
         let (tool, folder_path) = (self.plan.scene.tools[tool].name.clone(), folder.path.clone());
         let increment = simulation.summary().increments;

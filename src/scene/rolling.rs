@@ -62,7 +62,7 @@ pub(super) fn orient(plan: &Plan, body: &mut Body) -> Result<(), Fault> {
             ),
             format!(
                 "a vector at least {} degrees from the normals of all elements, as what of it lies in the sheet is the rolling direction (along a tube: its axis); or an isotropic material",
-                Body::LEAST_ANGLE
+                Body::ROLLING_ANGLE_MIN
             ),
         )
     })

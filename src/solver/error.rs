@@ -1,31 +1,31 @@
-//! Why a run cannot start or go on.
+//! Errors of a run.
 
 use crate::solver::linear::LinearError;
 use crate::solver::newton::outcome::NewtonError;
 
-/// Why a run cannot start or go on.
+/// Reason why a run cannot start or continue.
 #[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum SimulationError {
-    /// The set-up contradicts itself.
+    /// The model is inconsistent.
     #[error("{0}")]
     Setup(String),
-    /// A tool that should be placed touching never meets the sheet.
+    /// A tool that should be placed in contact never meets the sheet.
     #[error(
         "tool `{tool}` cannot be placed touching: moved along its direction it never meets the sheet; {remedy}"
     )]
     NoTouch {
-        /// Tool.
+        /// Name of the tool.
         tool: String,
-        /// Its foremost faces look away from the sheet.
+        /// Its foremost faces face away from the sheet.
         looks_back: bool,
-        /// What is likely to be wrong, and what to do.
+        /// Probable cause and remedy.
         remedy: String,
     },
-    /// The matrix cannot be planned.
+    /// The matrix cannot be analysed, or a linear solve failed.
     #[error("{0}")]
     Linear(#[from] LinearError),
-    /// An increment did not converge, however small.
+    /// An increment did not converge even with the smallest step.
     #[error(
         "stage `{stage}`, increment {increment}, share {share:.6}: not converged at a step of {step:.3e} of the stage. {cause}. Nearest tool there: `{tool}`, node {node} at ({x:.3}, {y:.3}, {z:.3}) mm. {remedy}"
     )]
@@ -34,44 +34,44 @@ pub enum SimulationError {
         stage: String,
         /// Increment that failed.
         increment: usize,
-        /// Share of the stage reached.
+        /// Fraction of the stage reached.
         share: f64,
-        /// Step that still failed.
+        /// Step that failed.
         step: f64,
-        /// Worst node.
+        /// Node with the largest residual or failure.
         node: usize,
-        /// Its position [mm].
+        /// Position of the node [mm].
         x: f64,
-        /// Its position [mm].
+        /// Position of the node [mm].
         y: f64,
-        /// Its position [mm].
+        /// Position of the node [mm].
         z: f64,
-        /// Tool nearest to that node.
+        /// Tool closest to the node.
         tool: Box<str>,
-        /// What Newton said.
+        /// Error of the Newton iteration.
         cause: Box<NewtonError>,
-        /// What may be wrong, and what to try.
+        /// Probable cause and remedy.
         remedy: Box<str>,
     },
-    /// No tool holds the sheet, and its loads are not in balance by themselves.
+    /// No tool holds the sheet, and its loads are not self-equilibrated.
     #[error(
         "stage `{stage}`: no tool holds the sheet, and {:.2} % of the scene's loads push it along as a whole, which nothing opposes. Remove them with the tools (`load_share` 0 at the end of the stage), hold the sheet (`holds`), or keep a tool at it", 100.0 * share
     )]
     NothingHolds {
         /// Stage name.
         stage: String,
-        /// Share of the loads that is not balanced.
+        /// Fraction of the loads that is not balanced.
         share: f64,
     },
-    /// The limit on increments was reached.
+    /// The maximum number of increments is reached.
     #[error(
         "{limit} increments done and the process is not finished; raise `solver.increments` in the scene"
     )]
     TooManyIncrements {
-        /// Limit.
+        /// Maximum number of increments.
         limit: usize,
     },
-    /// Somebody asked to stop.
+    /// The run was stopped on request.
     #[error("stopped after increment {increment}")]
     Stopped {
         /// Last increment.

@@ -1,27 +1,27 @@
-//! Tolerances and limits of a run, and how contact is enforced.
+//! Tolerances and limits of a run, and the method of contact enforcement.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Limits of the solver. Forces and lengths are scaled by the problem itself: no unit enters.
+/// Limits of the solver. Forces and lengths are scaled by the model, so no unit enters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
-    /// Newton iterations an increment may take.
+    /// Maximum Newton iterations of an increment.
     pub iterations: usize,
-    /// Iterations an increment should take: fewer and the next one grows, more and it shrinks.
+    /// Target number of iterations: with fewer the next increment grows, with more it shrinks.
     pub wanted_iterations: usize,
-    /// Residual force over the norm of contact forces and reactions.
+    /// Tolerance of the residual force over the norm of contact forces and reactions.
     pub force_tolerance: f64,
-    /// Largest penetration of a node [mm] over the sheet's thickness.
+    /// Tolerance of the penetration of a node over the thickness of the sheet.
     pub gap_tolerance: f64,
-    /// Smallest increment, a share of the first one (of the largest, where that is smaller).
+    /// Smallest increment, as a fraction of the first one (of the largest, if that is smaller).
     pub smallest_step: f64,
-    /// Increments of the whole run.
+    /// Maximum number of increments of a run.
     pub increments: usize,
-    /// Slip in an increment over which friction rises to Coulomb's force, over the longest element edge;
-    /// 0: exact stick and slip. See [`crate::contact::friction::Coulomb`].
+    /// Slip in an increment over which friction rises to the Coulomb force, over the longest element edge; 0: exact
+    /// stick and slip. See [`crate::contact::friction::Coulomb`].
     pub friction_transition: f64,
-    /// How a node is kept out of a tool.
+    /// Method of contact enforcement.
     pub contact: ContactMethod,
 }
 
@@ -45,7 +45,7 @@ pub enum ContactMethod {
 }
 
 impl ContactMethod {
-    /// Stiffness of the spring over the mesh's, where there is one.
+    /// Stiffness of the spring over that of the mesh, if there is one.
     #[must_use]
     pub fn stiffness(self) -> Option<f64> {
         match self {

@@ -1,14 +1,14 @@
-//! The implicit forming solver: sheet, elements, materials, contact, Newton's method, increments, stages.
+//! Implicit forming solver: sheet, elements, materials, contact, Newton's method, increments, stages.
 //!
-//! An import points down this list:
+//! Imports point down this list:
 //!
-//! - [`simulation`]: the driver; `snapshot`, `observe`, `remedy`, [`reach`], [`penetration`] beside it
-//! - [`stage`], `increment`: what moves, and the steps in which it does
-//! - [`newton`], `active_set`: equilibrium of one step, and which conditions hold in it
+//! - [`simulation`]: the driver, with `snapshot`, `observe`, `remedy`, [`reach`], [`penetration`]
+//! - [`stage`], `increment`: motions of the tools, and step sizes
+//! - [`newton`], `active_set`: equilibrium of one step, and its contact states
 //! - `system`: residual, matrix and correction at an iterate
-//! - `contact`, [`tools`], [`sheet`]: what acts on the sheet, and the sheet
-//! - [`assembly`], [`element`], [`material`]: forces and tangent
-//! - [`linear`], [`numbers`]: sparse equations; small tensors and vector lanes
+//! - `contact`, [`tools`], [`sheet`]: contact conditions, tools, and the sheet
+//! - [`assembly`], [`element`], [`material`]: internal force and tangent
+//! - [`linear`], [`numbers`]: sparse linear equations; small tensors and SIMD lanes
 
 mod active_set;
 pub mod assembly;

@@ -1,4 +1,4 @@
-//! What the observer of a run is told after an increment.
+//! Reports of increments to the observer of a run.
 
 use crate::solver::contact::candidate::ContactSet;
 use crate::solver::contact::face_penetration::FacePenetration;
@@ -28,7 +28,7 @@ impl Simulation {
         }
     }
 
-    /// What is reported of the last increment, which ended at this share of a stage, with these forces of the tools on the
+    /// Report of the last increment, which ended at this fraction of a stage; `forces` are the contact forces on the
     /// nodes [N].
     fn increment_report<'a>(
         &'a self,
@@ -69,10 +69,10 @@ impl Simulation {
         }
     }
 
-    /// Tells the observer of the last increment, which ended at `share` of a stage.
+    /// Passes the report of the last increment, which ended at `share` of a stage, to the observer.
     ///
     /// # Errors
-    /// [`SimulationError::Stopped`] where the observer stops the run.
+    /// [`SimulationError::Stopped`] if the observer stops the run.
     pub(in crate::solver) fn report(
         &mut self,
         stage: usize,
@@ -91,7 +91,7 @@ impl Simulation {
     }
 }
 
-/// Forces of the tools on the nodes, three a node [N].
+/// Contact forces on the nodes, three for each node [N].
 pub(in crate::solver) fn contact_forces(sys: &System) -> Vec<f64> {
     let mut out = vec![0.0; sys.u.len()];
     let set: &ContactSet = &sys.contact;

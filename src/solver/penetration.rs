@@ -1,4 +1,4 @@
-//! Nodes that are inside a tool where it stands: before the sheet is formed, or when a tool comes in at a later stage.
+//! Nodes inside a tool before forming starts, or when a tool is added in a later stage.
 
 use std::fmt;
 
@@ -8,12 +8,13 @@ use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::tools::role::Role;
 use crate::solver::tools::tool::{SheetSide, Tool, ToolSetup};
 
-/// Depth over the thickness that counts: shape errors of tools are less.
-const INSIDE_DEPTH_REL: f64 = 0.02;
-/// And up to which it does on the face that the tool is not to touch: a tool that touches the wrong face stands in the other by
-/// the thickness; deeper than that the sheet may have come round behind a tool that has no back.
-const OTHER_FACE_DEPTH_REL: f64 = 2.0;
-/// How far inside nodes are looked for, over the size of the elements or the thickness.
+/// Minimum depth that counts, over the thickness; shape errors of tools are smaller.
+const INSIDE_DEPTH_REL_MIN: f64 = 0.02;
+/// Maximum depth that counts on the face that the tool may not touch, over the thickness. A tool that touches the
+/// wrong face penetrates the other one by the thickness. A node deeper than this may lie behind a tool without a
+/// back.
+const OTHER_FACE_DEPTH_REL_MAX: f64 = 2.0;
+/// Search radius over the larger of element size and thickness.
 const SEARCH_REACH_REL: f64 = 5.0;
 
 /// Nodes of either face that are inside a tool.
@@ -21,13 +22,13 @@ const SEARCH_REACH_REL: f64 = 5.0;
 pub struct Inside {
     /// Name of the tool.
     pub tool: String,
-    /// How many nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Depth of the deepest [mm].
+    /// Largest depth [mm].
     pub depth: f64,
-    /// Where the deepest is [mm].
+    /// Position of the deepest node [mm].
     pub at: Vec3,
-    /// Whether that lies on the face that the tool is not to touch.
+    /// Whether that node is on the face that the tool may not touch.
     pub wrong_face: bool,
 }
 
@@ -43,8 +44,8 @@ impl fmt::Display for Inside {
     }
 }
 
-/// Nodes of a sheet, of both faces, that are inside a tool. `place`: where a node is [mm]; `shift`: from the tool's frame to the
-/// world [mm]; `size`: of the elements [mm].
+/// Nodes of both faces of a sheet that are inside a tool. `place` is the position of a node [mm], `shift` the shift
+/// from the frame of the tool to the world [mm], `size` the element size [mm].
 #[must_use]
 pub fn inside(
     tool: &ToolSetup,
@@ -55,19 +56,23 @@ pub fn inside(
 ) -> Option<Inside> {
     let thickness = mesh.mean_thickness();
     let reach = SEARCH_REACH_REL * size.max(thickness);
-    let depth = |x: &Vec3, most: f64| {
+    let depth = |x: &Vec3, depth_max: f64| {
         let foot = tool.surface.within(&(x - shift), None, reach);
-        let counts = -foot.gap > INSIDE_DEPTH_REL * thickness && -foot.gap < most;
+        let counts = -foot.gap > INSIDE_DEPTH_REL_MIN * thickness && -foot.gap < depth_max;
         (!foot.past_border && counts).then_some(-foot.gap)
     };
-    let of = |face: SheetSide, most: f64, wrong: bool| -> Vec<(Vec3, f64, bool)> {
+    let of = |face: SheetSide, depth_max: f64, wrong: bool| -> Vec<(Vec3, f64, bool)> {
         let nodes = face.nodes(mesh).into_iter().map(|node| place(node as usize));
-        nodes.filter_map(|x| Some((x, depth(&x, most)?, wrong))).collect()
+        nodes.filter_map(|x| Some((x, depth(&x, depth_max)?, wrong))).collect()
     };
     let mut all = of(tool.side, f64::INFINITY, false);
     match tool.side {
-        SheetSide::Top => all.extend(of(SheetSide::Bottom, OTHER_FACE_DEPTH_REL * thickness, true)),
-        SheetSide::Bottom => all.extend(of(SheetSide::Top, OTHER_FACE_DEPTH_REL * thickness, true)),
+        SheetSide::Top => {
+            all.extend(of(SheetSide::Bottom, OTHER_FACE_DEPTH_REL_MAX * thickness, true))
+        }
+        SheetSide::Bottom => {
+            all.extend(of(SheetSide::Top, OTHER_FACE_DEPTH_REL_MAX * thickness, true))
+        }
         SheetSide::Both => {}
     }
     let &(at, depth, wrong_face) = all.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -75,15 +80,15 @@ pub fn inside(
 }
 
 impl Simulation {
-    /// Tools that the sheet is inside of where both are now, as after a tool has come in where the sheet had been formed to.
+    /// Penetrated tools in the current configuration, for example after a tool was added to a formed sheet.
     #[must_use]
     pub fn inside(&self) -> Vec<Inside> {
         let sys = &self.sys;
-        let there = sys.tools.iter().zip(&sys.roles).filter(|(_, role)| **role != Role::Absent);
+        let present = sys.tools.iter().zip(&sys.roles).filter(|(_, role)| **role != Role::Absent);
         let place = |node: usize| sys.position(node);
         let size = sys.lengths.longest_edge;
         let of =
             |(tool, _): (&Tool, _)| inside(&tool.setup, tool.shift(), sys.body.mesh(), place, size);
-        there.filter_map(of).collect()
+        present.filter_map(of).collect()
     }
 }

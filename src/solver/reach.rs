@@ -1,12 +1,13 @@
-//! Patches of the tools that the sheet cannot come near, and the proof after each increment that it has not.
+//! Tool faces that the sheet can touch, and the check after each increment that it has stayed away from the others.
 //!
-//! Before a run it is known where the sheet begins and how far the tools travel. The sheet is taken to stay in its box,
-//! moved along every axis by what all tools travel along it and widened by a twentieth of its size; seen from a tool,
-//! the box is moved by the tool's own travel, which of a tool on a spring may be as far as all others go, and has no bound where
-//! a force moves it.
-//! Loads may swing the sheet by its own size if that is more, and carry it off where nothing holds it against them.
-//! Patches that do not meet this box, widened by the reach of the contact search, are left out of the search. That box
-//! is an estimate: [`Guard`] makes sure of it.
+//! The initial position of the sheet and the travels of the tools are known before a run. The sheet is assumed to
+//! stay in its bounding box, extended along every axis by the travels of all tools and by a twentieth of its size. In
+//! the frame of a tool the box is also shifted by its travel. The travel of a tool on a spring is bounded by the sum
+//! of all others; that of a tool driven by force is unbounded.
+//!
+//! Loads may move the sheet by its own size, or without limit if it is unconstrained against them. Patches outside
+//! this box, extended by the radius of the contact search, are excluded from the search. The box is an estimate,
+//! which [`Guard`] verifies.
 
 use std::sync::Arc;
 
@@ -21,21 +22,21 @@ use crate::solver::stage::state::Simulation;
 use crate::solver::tools::motion::Motion;
 use crate::solver::tools::tool::{SheetSide, ToolSetup};
 
-/// Share of the sheet's size that it may grow or turn up at its rim.
-const RIM_GROWTH_REL: f64 = 0.05;
+/// Growth or lift of the rim over the size of the sheet.
+const RIM_MARGIN_REL: f64 = 0.05;
 
-/// Patches of a tool that are left out.
+/// Excluded patches of a tool.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct LeftOut {
-    /// Position of the tool in the set-up.
+pub struct ExcludedPatches {
+    /// Index of the tool.
     pub tool: usize,
-    /// Patches left out.
+    /// Number of excluded patches.
     pub patches: usize,
-    /// Patches of the tool.
+    /// Number of patches of the tool.
     pub of: usize,
 }
 
-/// For each tool, which of its patches the sheet may come near. Tools must have been placed.
+/// For each tool, the patches that the sheet can touch. Tools must have been placed.
 #[must_use]
 pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
     let mesh = setup.body.mesh();
@@ -43,42 +44,47 @@ pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
     let travels: Vec<Option<[f64; 2]>> =
         (0..setup.tools.len()).map(|tool| travel_range(setup, tool)).collect();
     let moved = travels.iter().flatten().any(|[low, high]| high > low);
-    let swing = swing(setup, sheet.diagonal());
-    let carried = (0..3).any(|k| swing[k].is_infinite());
+    let load_displacement = load_displacement(setup, sheet.diagonal());
+    let is_unbounded = (0..3).any(|k| load_displacement[k].is_infinite());
     let length = |range: &[f64; 2]| range[1] - range[0];
-    let whole: f64 = if moved && !carried {
-        travels.iter().flatten().map(length).sum::<f64>() + swing.max()
+    let total_travel: f64 = if moved && !is_unbounded {
+        travels.iter().flatten().map(length).sum::<f64>() + load_displacement.max()
     } else {
         f64::INFINITY
     };
-    let rim = (RIM_GROWTH_REL * sheet.diagonal()).max(2.0 * mesh.mean_thickness());
+    let rim = (RIM_MARGIN_REL * sheet.diagonal()).max(2.0 * mesh.mean_thickness());
     let margin = rim + edge_lengths(setup.body.mesh()).longest_edge;
     let pushed: Vec3 = setup.tools.iter().zip(&travels).fold(Vec3::zeros(), |sum, (t, range)| {
         let far = if moved { range.as_ref().map_or(0.0, length) } else { f64::INFINITY };
         sum + t.direction.map(|d| along(far, d.abs()))
     });
     let driven = |k: usize| setup.tools.iter().any(|t| t.direction[k].abs() > 1e-12);
-    let may_move = Vec3::from_fn(|k, _| pushed[k].max(if driven(k) { swing[k] } else { 0.0 }));
-    // A force brings a tool to the sheet from however far.
+    let may_move =
+        Vec3::from_fn(|k, _| pushed[k].max(if driven(k) { load_displacement[k] } else { 0.0 }));
+    // A tool driven by force reaches the sheet from any distance.
     let forced = |k: usize| {
         setup.stages.iter().any(|stage| matches!(stage.motions.get(k), Some(Motion::Force(_))))
     };
-    let near = |(index, (tool, own)): (usize, (&ToolSetup, &Option<[f64; 2]>))| -> Vec<bool> {
-        let unknown = || [-whole, if forced(index) { f64::INFINITY } else { whole }];
-        let zone = seen_from(tool, own.unwrap_or_else(unknown), sheet, &may_move, margin);
-        let meets = |b: &Aabb| (0..3).all(|k| b.min[k] <= zone.max[k] && b.max[k] >= zone.min[k]);
-        tool.surface.patch_bounds().iter().map(meets).collect()
-    };
-    setup.tools.iter().zip(&travels).enumerate().map(near).collect()
+    let reachable_patches =
+        |(index, (tool, own)): (usize, (&ToolSetup, &Option<[f64; 2]>))| -> Vec<bool> {
+            let unknown =
+                || [-total_travel, if forced(index) { f64::INFINITY } else { total_travel }];
+            let zone = seen_from(tool, own.unwrap_or_else(unknown), sheet, &may_move, margin);
+            let meets =
+                |b: &Aabb| (0..3).all(|k| b.min[k] <= zone.max[k] && b.max[k] >= zone.min[k]);
+            tool.surface.patch_bounds().iter().map(meets).collect()
+        };
+    setup.tools.iter().zip(&travels).enumerate().map(reachable_patches).collect()
 }
 
-/// Component of a distance along an axis with this direction cosine: zero across the axis, however large the distance is.
+/// Component of a distance along an axis with this direction cosine: zero normal to the axis, even for infinite
+/// distances.
 fn along(distance: f64, cosine: f64) -> f64 {
     if cosine.abs() > 1e-12 { distance * cosine } else { 0.0 }
 }
 
-/// Box of the sheet in the frame of a tool whose travel lies in `[low, high]`, widened by `may_move` along the axes and by
-/// `margin` [mm].
+/// Bounding box of the sheet in the frame of a tool with travels in `[low, high]`, extended by `may_move` along the
+/// axes and by `margin` [mm].
 fn seen_from(
     tool: &ToolSetup,
     [low, high]: [f64; 2],
@@ -95,9 +101,9 @@ fn seen_from(
     sheet
 }
 
-/// How far loads may move the sheet along the axes, tools aside [mm]: no more than `size`, as it turns about what holds
-/// it; without end along an axis that they act along and no node is held along; nothing without loads.
-fn swing(setup: &SimulationSetup, size: f64) -> Vec3 {
+/// Displacement of the sheet due to loads along the axes, without tools [mm]: at most `size`, by rotation about its
+/// supports. Infinite along a loaded axis without supports; zero without loads.
+fn load_displacement(setup: &SimulationSetup, size: f64) -> Vec3 {
     let nodes = setup.body.mesh().nodes.len();
     let loaded = |k: usize| setup.loads.iter().skip(k).step_by(3).any(|f| *f != 0.0);
     let held = |k: usize| (0..nodes).any(|n| setup.constraints.is_held(n, k));
@@ -107,8 +113,8 @@ fn swing(setup: &SimulationSetup, size: f64) -> Vec3 {
     Vec3::from_fn(|k, _| if loaded(k) && !held(k) { f64::INFINITY } else { size })
 }
 
-/// Smallest and largest travel of a tool over all stages, the start among them [mm]; `None` when forces decide, or a stage has
-/// no motion for it.
+/// Smallest and largest travel of a tool over all stages, including the start [mm]; `None` if it is driven by force, or
+/// a stage has no motion for it.
 #[must_use]
 pub fn travel_range(setup: &SimulationSetup, tool: usize) -> Option<[f64; 2]> {
     let (mut now, mut low, mut high) = (0.0, 0.0_f64, 0.0_f64);
@@ -126,47 +132,50 @@ pub fn travel_range(setup: &SimulationSetup, tool: usize) -> Option<[f64; 2]> {
     Some([low, high])
 }
 
-/// Places the tools and takes from their search what the sheet cannot come near. Results stay the same bits; after
-/// each increment [`Guard::breach`] says whether that was right.
+/// Places the tools and excludes patches that the sheet cannot touch from their search. Results are bit-identical;
+/// [`Guard::find_violation`] verifies this after each increment.
 ///
 /// # Errors
 /// [`SimulationError::Setup`] for a set-up that [`Simulation::new`] refuses, [`SimulationError::NoTouch`].
-pub fn leave_out(setup: &mut SimulationSetup) -> Result<(Vec<LeftOut>, Guard), SimulationError> {
+pub fn exclude_unreachable(
+    setup: &mut SimulationSetup,
+) -> Result<(Vec<ExcludedPatches>, Guard), SimulationError> {
     check(setup)?;
     setup.place()?;
     let reach = edge_lengths(setup.body.mesh()).longest_edge;
     let mut guard = Guard { reach, tools: Vec::new() };
     let mut out = Vec::new();
-    for (tool, kept) in reachable(setup).into_iter().enumerate() {
-        let of = kept.len();
-        let patches = kept.iter().filter(|k| !**k).count();
-        // A tool wholly out of reach is the scene's mistake to show, not ours to hide.
+    for (tool, is_reachable) in reachable(setup).into_iter().enumerate() {
+        let of = is_reachable.len();
+        let patches = is_reachable.iter().filter(|k| !**k).count();
+        // A tool completely out of reach is an error of the scene and remains visible.
         if patches == 0 || patches == of {
             guard.tools.push(None);
             continue;
         }
         let surface = &setup.tools[tool].surface;
         let boxes = surface.patch_bounds();
-        let dropped = boxes.iter().zip(&kept).map(|(b, k)| if *k { Aabb::EMPTY } else { *b });
-        guard.tools.push(Some(BoxTree::build(&dropped.collect::<Vec<_>>())));
-        let reduced = surface.restricted_to(&kept);
+        let excluded =
+            boxes.iter().zip(&is_reachable).map(|(b, k)| if *k { Aabb::EMPTY } else { *b });
+        guard.tools.push(Some(BoxTree::build(&excluded.collect::<Vec<_>>())));
+        let reduced = surface.restricted_to(&is_reachable);
         setup.tools[tool].surface = Arc::new(reduced);
-        out.push(LeftOut { tool, patches, of });
+        out.push(ExcludedPatches { tool, patches, of });
     }
     Ok((out, guard))
 }
 
-/// Watches that the sheet stays away from the patches that were left out.
+/// Verifies that the sheet stays away from the excluded patches.
 pub struct Guard {
-    /// How far the contact search looks [mm].
+    /// Radius of the contact search [mm].
     reach: f64,
     tools: Vec<Option<BoxTree>>,
 }
 
 impl Guard {
-    /// The first tool with a patch left out, and a node that is nearer to its box than the contact search looks.
+    /// First tool with an excluded patch within the radius of the contact search of a node, and this node.
     #[must_use]
-    pub fn breach(&self, simulation: &Simulation) -> Option<(usize, usize)> {
+    pub fn find_violation(&self, simulation: &Simulation) -> Option<(usize, usize)> {
         let mesh = simulation.body().mesh();
         let u = simulation.displacements();
         let levels = mesh.nodes_per_column.max(1);
@@ -174,19 +183,21 @@ impl Guard {
         let sides = simulation.tool_sides();
         for (tool, tree) in self.tools.iter().enumerate() {
             let Some(tree) = tree else { continue };
-            let meant = |n: usize| match (sides[tool], n % levels) {
+            let is_candidate = |n: usize| match (sides[tool], n % levels) {
                 (SheetSide::Top, level) => level + 1 == levels,
                 (SheetSide::Bottom, level) => level == 0,
                 (SheetSide::Both, level) => level == 0 || level + 1 == levels,
             };
             let limit = self.reach * self.reach;
-            let near = |&n: &usize| {
+            let is_near_excluded = |&n: &usize| {
                 let at = mesh.nodes[n] + Vec3::from_column_slice(&u[3 * n..3 * n + 3]);
-                // A visit means a box within the limit; the search ends there.
+                // A visit means a box within the limit; the search then ends.
                 tree.nearest(&(at - shifts[tool]), limit, |_, _| -1.0) < 0.0
             };
-            let found =
-                (0..mesh.nodes.len()).into_par_iter().filter(|&n| meant(n)).find_first(near);
+            let found = (0..mesh.nodes.len())
+                .into_par_iter()
+                .filter(|&n| is_candidate(n))
+                .find_first(is_near_excluded);
             if let Some(node) = found {
                 return Some((tool, node));
             }
@@ -250,18 +261,18 @@ mod tests {
         let mut setup = ball_over_sheet(Motion::Travel(Curve::ramp(0.0, 1.0)));
         setup.place().unwrap();
         assert!((setup.tools[0].offset.z - 0.5).abs() < 1e-9);
-        // The sheet ends at 0.5 and may be moved by 1, and widened by twice its thickness and an element's edge; the
-        // ball comes down by 1.
+        // The sheet ends at 0.5 and may be moved by 1, extended by twice its thickness and an element edge; the ball
+        // moves down by 1.
         let height = 0.5 + 1.0 + 1.0 + 1.0 + 1.0 - 0.5;
         let boxes = setup.tools[0].surface.patch_bounds();
-        let kept = &reachable(&setup)[0];
-        assert!(boxes.iter().zip(kept).all(|(b, k)| *k == (b.min.z <= height)));
-        assert!(kept.iter().any(|k| *k) && kept.iter().any(|k| !*k));
-        // Of a tool that is driven by force alone, and of a sheet that loads carry off, no depth is known: only what
-        // lies beside the sheet is left out.
-        let beside = |kept: &[bool]| {
+        let is_reachable = &reachable(&setup)[0];
+        assert!(boxes.iter().zip(is_reachable).all(|(b, k)| *k == (b.min.z <= height)));
+        assert!(is_reachable.iter().any(|k| *k) && is_reachable.iter().any(|k| !*k));
+        // For a tool driven by force only, and a sheet moved by loads, no depth is known: only patches beside the
+        // sheet are excluded.
+        let beside = |is_reachable: &[bool]| {
             let over = |b: &Aabb| b.min.x <= 6.0 && b.min.y <= 6.0;
-            boxes.iter().zip(kept).all(|(b, k)| *k == over(b))
+            boxes.iter().zip(is_reachable).all(|(b, k)| *k == over(b))
         };
         let forced = ball_over_sheet(Motion::Force(Curve::constant(1.0)));
         assert!(beside(&reachable(&forced)[0]));
@@ -270,13 +281,14 @@ mod tests {
         assert!(beside(&reachable(&setup)[0]));
     }
 
-    /// Loads in the sheet's plane do not lift it by more than its size, nor do others where it is held against them.
+    /// Loads in the plane of the sheet do not lift it by more than its size, nor do others against which it is
+    /// constrained.
     #[test]
     fn a_loaded_sheet_does_not_reach_a_tool_far_above() {
         let mut setup = ball_over_sheet(Motion::Travel(Curve::ramp(0.0, 1.0)));
         setup.place().unwrap();
         let nodes = setup.body.mesh().nodes.len();
-        // Its diagonal is 5.7 mm.
+        // The diagonal is 5.7 mm.
         let reached = |setup: &mut SimulationSetup, above: f64| {
             setup.tools[0].offset.z += above;
             let any = reachable(setup)[0].iter().any(|k| *k);
@@ -290,7 +302,8 @@ mod tests {
             setup.loads = load(axis);
             assert!(reached(&mut setup, 8.0) && !reached(&mut setup, 1000.0), "{axis}");
         }
-        // Held along x alone it stays in reach under a load along x, and is carried off by one along z.
+        // Constrained along x only, it stays within reach under a load along x, and moves without limit under one
+        // along z.
         setup.constraints = Constraints::none(nodes);
         setup.constraints.hold(0, 0);
         setup.loads = load(0);
@@ -305,7 +318,7 @@ mod tests {
         setup.stages[0].motions.clear();
         assert_eq!(travel_range(&setup, 0), None);
         assert_eq!(reachable(&setup).len(), 1);
-        let Err(SimulationError::Setup(text)) = leave_out(&mut setup) else {
+        let Err(SimulationError::Setup(text)) = exclude_unreachable(&mut setup) else {
             panic!("no motion for a tool");
         };
         assert!(text.contains("stage `press` moves 0 tools, there are 1"), "{text}");
@@ -314,21 +327,21 @@ mod tests {
     #[test]
     fn the_guard_sees_a_node_come_near() {
         let mut setup = ball_over_sheet(Motion::Travel(Curve::ramp(0.0, 1.0)));
-        let (left_out, mut guard) = leave_out(&mut setup).unwrap();
+        let (left_out, mut guard) = exclude_unreachable(&mut setup).unwrap();
         assert!(left_out.len() == 1 && left_out[0].patches > 0);
         let simulation = Simulation::new(setup).unwrap();
-        assert_eq!(guard.breach(&simulation), None);
+        assert_eq!(guard.find_violation(&simulation), None);
         let at = |z: f64| {
             let corner = Vec3::new(4.0, 4.0, z) - simulation.tool_shifts()[0];
             Some(BoxTree::build(&[Aabb { min: corner, max: corner + Vec3::repeat(1.0) }]))
         };
         guard.tools = vec![at(0.5 + 0.99 * guard.reach)];
-        let breach = guard.breach(&simulation).unwrap();
+        let find_violation = guard.find_violation(&simulation).unwrap();
         assert_eq!(
-            (breach.0, simulation.body().mesh().nodes[breach.1]),
+            (find_violation.0, simulation.body().mesh().nodes[find_violation.1]),
             (0, Vec3::new(4.0, 4.0, 0.5))
         );
         guard.tools = vec![at(0.5 + 1.01 * guard.reach)];
-        assert_eq!(guard.breach(&simulation), None);
+        assert_eq!(guard.find_violation(&simulation), None);
     }
 }

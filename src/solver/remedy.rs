@@ -1,4 +1,4 @@
-//! What a run that gives up says: where, at which tool, and what to try.
+//! Message of a run that did not converge: position, tool, probable cause and remedy.
 
 use crate::solver::error::SimulationError;
 use crate::solver::linear::LinearError;
@@ -8,14 +8,14 @@ use crate::solver::stage::state::Simulation;
 use crate::solver::system::system::System;
 use crate::solver::tools::motion::Motion;
 use crate::solver::tools::role::Role;
-use crate::solver::tools::way::FACING_COS;
+use crate::solver::tools::way::FACING_COS_MIN;
 
-fn farthest_from_balance(sys: &System) -> usize {
+fn largest_residual_node(sys: &System) -> usize {
     let forces = sys.unbalanced().map(|force| force.norm_squared()).enumerate();
     forces.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(node, _)| node)
 }
 
-/// The node at which an attempt at an increment failed.
+/// Node at which an attempt at an increment failed.
 fn failed_node(sys: &System, cause: &NewtonError) -> usize {
     match cause {
         NewtonError::NotConverged { node, .. } | NewtonError::PassedThrough { node } => *node,
@@ -24,12 +24,12 @@ fn failed_node(sys: &System, cause: &NewtonError) -> usize {
             (unknown / 3).min(sys.node_count().saturating_sub(1))
         }
         NewtonError::Linear(_) | NewtonError::StillMoving { .. } | NewtonError::Cancelled => {
-            farthest_from_balance(sys)
+            largest_residual_node(sys)
         }
     }
 }
 
-/// The error of a run that found no balance in a step from `share` of the stage on.
+/// Error of a run without equilibrium in a step from `share` of the stage.
 pub(in crate::solver) fn gave_up(
     sim: &Simulation,
     stage: usize,
@@ -41,8 +41,8 @@ pub(in crate::solver) fn gave_up(
     let node = failed_node(sys, &cause);
     let x = sys.position(node);
     let name = |tool: usize| sys.tools[tool].setup.name.as_str();
-    let there = (0..sys.tools.len()).filter(|&tool| sys.roles[tool] != Role::Absent);
-    let nearest = there
+    let present = (0..sys.tools.len()).filter(|&tool| sys.roles[tool] != Role::Absent);
+    let nearest = present
         .map(|tool| (sys.tools[tool].closest(&x, None).gap.abs(), tool))
         .min_by(|a, b| a.0.total_cmp(&b.0));
     let tool = match &cause {
@@ -64,13 +64,13 @@ pub(in crate::solver) fn gave_up(
     }
 }
 
-/// What may have ended a run, and what to try.
+/// Probable cause of the failure and remedy.
 fn remedy(sim: &Simulation, stage: &Stage, share: f64, cause: &NewtonError) -> String {
     let sys = &sim.sys;
-    let mut out = too_much(sim, stage, share);
+    let mut out = excess_loads(sim, stage, share);
     out += match cause {
         NewtonError::Linear(LinearError::Unopposed { tool })
-            if friction_alone(sys, *tool).is_some() =>
+            if friction_capacity(sys, *tool).is_some() =>
         {
             "Let it push no harder than friction holds it, or give it a `stop_mm`"
         }
@@ -90,12 +90,12 @@ fn remedy(sim: &Simulation, stage: &Stage, share: f64, cause: &NewtonError) -> S
     out
 }
 
-/// Forces and loads that the sheet may not carry.
-fn too_much(sim: &Simulation, stage: &Stage, share: f64) -> String {
+/// Forces and loads that may exceed the capacity of the sheet.
+fn excess_loads(sim: &Simulation, stage: &Stage, share: f64) -> String {
     const PAST: &str =
         "the sheet may not carry it (drive it by `travel_mm` to pass a maximum of the force). ";
     let sys = &sim.sys;
-    let gone = taken_away(sim, stage);
+    let removed = removed_tools(sim, stage);
     let mut out = String::new();
     for (tool, motion) in stage.motions.iter().enumerate() {
         let Motion::Force(curve) = motion else { continue };
@@ -103,19 +103,19 @@ fn too_much(sim: &Simulation, stage: &Stage, share: f64) -> String {
         let grows = curve.starting_at(pushes).rates(share)[1] > 0.0 && !sys.stops[tool].reached;
         let why = if grows {
             "and its force increases".into()
-        } else if pushes > 0.0 && !gone.is_empty() {
-            format!("while the stage removes {gone}")
+        } else if pushes > 0.0 && !removed.is_empty() {
+            format!("while the stage removes {removed}")
         } else {
             continue;
         };
         let name = &sys.tools[tool].setup.name;
         out += &format!("`{name}` pushes with {pushes:.4e} N, {why}: ");
-        out += &friction_alone(sys, tool).map_or_else(
+        out += &friction_capacity(sys, tool).map_or_else(
             || PAST.into(),
-            |most| {
+            |capacity| {
                 format!(
                     "only friction holds it along its direction, with {:.4e} N at the present normal forces (press it harder, or move it by `travel_mm`). ",
-                    most * sim.share
+                    capacity * sim.share
                 )
             },
         );
@@ -128,37 +128,37 @@ fn too_much(sim: &Simulation, stage: &Stage, share: f64) -> String {
     out
 }
 
-/// Names of the tools that a stage lets go or leaves out.
-fn taken_away(sim: &Simulation, stage: &Stage) -> String {
+/// Names of the tools that a stage releases or excludes.
+fn removed_tools(sim: &Simulation, stage: &Stage) -> String {
     let before = sim.stage.checked_sub(1).map(|before| &sim.stages[before].motions);
     let goes = |tool: usize| match stage.motions[tool] {
         Motion::Release => true,
         Motion::Absent => before.is_some_and(|before| before[tool] != Motion::Absent),
         _ => false,
     };
-    let gone = (0..stage.motions.len()).filter(|&tool| goes(tool));
-    let names: Vec<&str> = gone.map(|tool| sim.sys.tools[tool].setup.name.as_str()).collect();
+    let removed = (0..stage.motions.len()).filter(|&tool| goes(tool));
+    let names: Vec<&str> = removed.map(|tool| sim.sys.tools[tool].setup.name.as_str()).collect();
     names.join(", ")
 }
 
-/// What friction can bear of a tool at most that touched the sheet at the last balance with nothing but faces along its way [N];
-/// none of one that met the sheet otherwise, or not.
-fn friction_alone(sys: &System, tool: usize) -> Option<f64> {
+/// Maximum friction along its direction [N] of a tool that had contact at the last equilibrium only with walls
+/// parallel to its direction; `None` if it had other contacts or none.
+fn friction_capacity(sys: &System, tool: usize) -> Option<f64> {
     let direction = sys.tools[tool].setup.direction;
-    let mut most = None;
+    let mut capacity = None;
     for (c, (touched, force)) in sys.contact.candidates.iter().zip(sys.contact.before()) {
         if c.tool != tool || !touched {
             continue;
         }
         let normal = force.normal();
-        // Which way one looks that has no force yet is not told by that.
+        // Without a force the orientation of the contact is unknown.
         if normal.norm() == 0.0 {
             continue;
         }
-        if normal.dot(&direction).abs() > FACING_COS * normal.norm() {
+        if normal.dot(&direction).abs() > FACING_COS_MIN * normal.norm() {
             return None;
         }
-        *most.get_or_insert(0.0) += sys.law(tool).mu * normal.norm();
+        *capacity.get_or_insert(0.0) += sys.law(tool).mu * normal.norm();
     }
-    most
+    capacity
 }

@@ -1,4 +1,4 @@
-//! What an increment reports, and what a run adds up to.
+//! Report of an increment, and totals of a run.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,30 +9,30 @@ use crate::solver::contact::face_penetration::FacePenetration;
 use crate::solver::newton::record::IterationRecord;
 use crate::solver::system::timings::Timings;
 
-/// Work since the start of the run [mJ], of the whole process.
+/// Work since the start of the run [mJ], of the complete process.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
-    /// Work of the tools on the sheet (normal and tangential contact forces over the nodes' motion).
+    /// Work of the tools on the sheet (normal and tangential contact forces over the displacement of the nodes).
     pub external: f64,
     /// Work of the internal forces.
     pub internal: f64,
-    /// Elastic energy stored now.
+    /// Current elastic energy.
     pub elastic: f64,
     /// Plastic work: dissipated, or stored by hardening.
     pub plastic: f64,
-    /// Against what keeps fibres of the elements from tilting by turns under pressure through the thickness: of no sheet.
+    /// Artificial (hourglass) energy of the stabilisation; it has no physical counterpart.
     #[serde(default)]
     pub artificial: f64,
-    /// Dissipated by friction between sheet and tools.
+    /// Frictional work between sheet and tools.
     pub friction: f64,
-    /// Set free where the sheet moved by itself from one balance to another: heat, once it is at rest.
+    /// Released elastic energy of snap-throughs; heat when the sheet is at rest.
     #[serde(default)]
     pub snaps: f64,
-    /// Part of the external work that forces have done which tools that were let go had left behind; a sheet that springs back
-    /// does work against them.
+    /// Part of the external work done by the forces of released tools; the sheet does work against them during
+    /// springback.
     #[serde(default)]
     pub left_behind: f64,
-    /// The most that external or internal work has been at any increment.
+    /// Maximum of the external or internal work over all increments.
     #[serde(default)]
     pub most: f64,
 }
@@ -40,78 +40,78 @@ pub struct Energies {
 impl Energies {
     /// Work that is not accounted for.
     #[must_use]
-    pub fn open(&self) -> f64 {
+    pub fn imbalance(&self) -> f64 {
         self.external - self.internal - self.friction - self.snaps
     }
 
-    /// What the internal forces have worked on.
+    /// Work of the internal forces that is stored or dissipated.
     #[must_use]
     pub fn stored(&self) -> f64 {
         self.elastic + self.plastic + self.artificial
     }
 }
 
-/// A tool at the end of an increment.
+/// State of a tool at the end of an increment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToolReport {
-    /// Name.
+    /// Name of the tool.
     pub name: String,
-    /// Travel along its direction since the start [mm].
+    /// Travel along the direction since the start [mm].
     pub travel: f64,
-    /// Force of the tool on the sheet along its direction [N], of the whole process; of one that is let go what it has left
-    /// behind of it.
+    /// Force of the tool on the sheet along its direction [N], of the complete process; for a released tool the
+    /// remaining force.
     pub force: f64,
-    /// The same as a vector, of the modelled part only [N].
+    /// Force vector, of the modelled part only [N].
     pub force_vector: [f64; 3],
-    /// Shift of the tool file's frame in the world [mm].
+    /// Shift of the frame of the tool file in the world [mm].
     pub shift: [f64; 3],
-    /// Nodes in contact with it.
+    /// Number of nodes in contact with the tool.
     pub contacts: usize,
 }
 
-/// What the observer of a run sees after every converged increment (and once before the first).
+/// Report to the observer of a run after every converged increment (and once before the first).
 #[derive(Debug, Clone)]
 pub struct IncrementReport<'a> {
-    /// Number, from 1; 0 is the start.
+    /// Number of the increment, from 1; 0 is the start.
     pub increment: usize,
     /// Index of the stage.
     pub stage: usize,
-    /// Its name.
+    /// Name of the stage.
     pub stage_name: &'a str,
     /// Time since the start [s].
     pub time: f64,
-    /// Share of the stage done.
+    /// Completed fraction of the stage.
     pub share: f64,
-    /// No tool holds the sheet in this stage, or all that do are being let go.
+    /// No tool holds the sheet in this stage, or all that do are being released.
     pub free: bool,
-    /// Every tool, in order.
+    /// All tools, in order.
     pub tools: Vec<ToolReport>,
     /// Newton iterations of this increment (linear solves).
     pub iterations: usize,
-    /// Newton iterations since the start, failed attempts included.
+    /// Newton iterations since the start, including failed attempts.
     pub iterations_total: usize,
-    /// Increments cut since the start.
+    /// Step cuts since the start.
     pub cuts: usize,
-    /// Times the sheet has moved on by itself since the start.
+    /// Snap-throughs since the start.
     pub snaps: usize,
-    /// Increments so far in which contact states came round in a circle and dampers led to a balance.
+    /// Increments that needed viscous stabilisation (active-set cycling) since the start.
     pub stabilised: usize,
-    /// Increments so far that ended in a balance that does not last.
+    /// Increments that ended in an unstable equilibrium since the start.
     pub unstable: usize,
-    /// Times so far that the sheet was pushed out of a balance that does not last, and came to one that does.
+    /// Perturbations that led from an unstable to a stable equilibrium since the start.
     pub buckles: usize,
     /// Residual history of this increment.
     pub history: &'a [IterationRecord],
     /// Work and energy.
     pub energies: Energies,
-    /// Work over the size of the sheet of a force that is nothing but rounding [N mm].
+    /// Work of a force at the level of rounding over the size of the sheet [N mm].
     pub rounding_work: f64,
-    /// Volume that does not balance, as a share of the sheet's ([`crate::solver::assembly::Body::volume_balance`]); `None` where
-    /// the material keeps no strains.
+    /// Volume error as a fraction of the volume of the sheet ([`crate::solver::assembly::Body::volume_balance`]);
+    /// `None` if the material stores no strains.
     pub volume_balance: Option<f64>,
-    /// Where the sheet bends over the free border of a tool.
+    /// Overhang of the sheet over the free border of a tool.
     pub over_edge: Option<OverEdge>,
-    /// The deepest penetration of a tool into a face of the sheet, between its nodes.
+    /// Deepest penetration of a tool into a face of the sheet, between its nodes.
     pub face_penetration: Option<FacePenetration>,
     /// Nodes in contact.
     pub contacts: usize,
@@ -119,7 +119,7 @@ pub struct IncrementReport<'a> {
     pub slipping: usize,
     /// Wall time by phase since the start.
     pub timings: Timings,
-    /// The sheet, its history committed.
+    /// The sheet with its committed history.
     pub body: &'a Body,
     /// Displacements, three a node [mm].
     pub displacements: &'a [f64],
@@ -128,32 +128,32 @@ pub struct IncrementReport<'a> {
 }
 
 impl IncrementReport<'_> {
-    /// Whether the stage ends with it.
+    /// Whether the increment ends its stage.
     #[must_use]
     pub fn ends_stage(&self) -> bool {
         self.share >= 1.0 - 1e-12
     }
 }
 
-/// Totals of a finished run.
+/// Totals of a run.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunSummary {
     /// Converged increments.
     pub increments: usize,
-    /// Newton iterations, failed attempts included.
+    /// Newton iterations, including failed attempts.
     pub iterations: usize,
-    /// Increments cut.
+    /// Step cuts.
     pub cuts: usize,
-    /// Times the sheet was followed to a balance that is not near the last one: a snap, or its release where no balance lasted.
+    /// Snap-throughs: the sheet was followed to a distant equilibrium, also on release without a stable one.
     #[serde(default)]
     pub snaps: usize,
-    /// Increments in which contact states came round in a circle and dampers, taken away again, led to a balance.
+    /// Increments that needed viscous stabilisation (active-set cycling), removed before they were accepted.
     #[serde(default)]
     pub stabilised: usize,
-    /// Increments that ended in a balance that does not last: the sheet would buckle, given a push.
+    /// Increments that ended in an unstable equilibrium: the sheet buckles under a perturbation.
     #[serde(default)]
     pub unstable: usize,
-    /// Times the sheet was pushed out of a balance that does not last, and came to one that does.
+    /// Perturbations that led from an unstable to a stable equilibrium.
     #[serde(default)]
     pub buckles: usize,
     /// Wall time by phase [s].
@@ -161,7 +161,7 @@ pub struct RunSummary {
 }
 
 impl RunSummary {
-    /// Whether its counts can be those of a run.
+    /// Whether the counts are those of a valid run.
     pub(in crate::solver) fn is_sound(&self) -> bool {
         let times = &self.timings;
         [
@@ -174,10 +174,10 @@ impl RunSummary {
     }
 }
 
-/// What the observer wants.
+/// Request of the observer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Control {
-    /// Go on.
+    /// Continue.
     Continue,
     /// Stop after this increment.
     Stop,

@@ -1,4 +1,4 @@
-//! The driver: a checked set-up becomes a sequence of converged increments.
+//! Driver: computes a sequence of converged increments from a checked model.
 
 use crate::cancel::Cancel;
 use crate::geometry::Vec3;
@@ -16,27 +16,28 @@ use crate::solver::stage::state::{Committed, Simulation};
 use crate::solver::system::system::System;
 use crate::solver::tools::tool::{Placement, SheetSide, Tool, ToolSetup};
 
-/// Everything a run needs.
+/// Model of a run.
 pub struct SimulationSetup {
     /// The sheet.
     pub body: Body,
     /// Symmetry planes and fixed nodes.
     pub constraints: Constraints,
-    /// Forces on the nodes, three for every node [N], scaled by each stage's `load`; empty: none.
+    /// Nodal forces, three for each node [N], scaled by the `load` of each stage; empty: none.
     pub loads: Vec<f64>,
     /// The tools.
     pub tools: Vec<ToolSetup>,
-    /// Stages, in order.
+    /// Stages in order.
     pub stages: Vec<Stage>,
     /// Limits of the solver.
     pub limits: Limits,
-    /// The whole process over the modelled part: 4 for a quarter model. Forces given and reported are of
-    /// the whole process.
+    /// Ratio of the complete process to the modelled part: 4 for a quarter model. Given and reported forces are those
+    /// of the complete process.
     pub share: f64,
 }
 
 impl SimulationSetup {
-    /// Puts every tool that is to be placed touching where it touches; it then is as given.
+    /// Moves every tool with [`Placement::Touch`] into contact with the sheet and sets its placement to
+    /// [`Placement::AsGiven`].
     ///
     /// # Errors
     /// [`SimulationError::NoTouch`].
@@ -52,7 +53,7 @@ impl SimulationSetup {
 }
 
 impl Simulation {
-    /// Checks the set-up, plans the matrix, places the tools.
+    /// Checks the model, analyses the matrix and places the tools.
     ///
     /// # Errors
     /// [`SimulationError::Setup`], [`SimulationError::NoTouch`], [`SimulationError::Linear`].
@@ -87,10 +88,10 @@ impl Simulation {
         })
     }
 
-    /// Runs all stages; `observer` sees the start and every converged increment.
+    /// Runs all stages; `observer` receives the start and every converged increment.
     ///
     /// # Errors
-    /// [`SimulationError`]; the last converged state stays readable.
+    /// [`SimulationError`]; the last converged state remains accessible.
     pub fn run(
         &mut self,
         observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
@@ -99,12 +100,12 @@ impl Simulation {
         Ok(self.summary.clone())
     }
 
-    /// Makes one increment; false when all stages are done. `observer` sees the start, and the increment when it has
-    /// converged; between two calls the state may be saved ([`Self::state`]).
+    /// Computes one increment; returns false when all stages are done. `observer` receives the start, and the
+    /// increment when it has converged. Between two calls the state may be saved ([`Self::state`]).
     ///
     /// # Errors
-    /// [`SimulationError`]; the last converged state stays readable and the stage under way: it may be saved and resumed, and a
-    /// further call tries the increment again.
+    /// [`SimulationError`]; the last converged state remains accessible and the stage active. The state may be saved
+    /// and resumed, and a further call repeats the increment.
     pub fn advance(
         &mut self,
         observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
@@ -122,10 +123,10 @@ impl Simulation {
         more
     }
 
-    /// Gives up the increment under way when the request is made: [`Self::advance`] then fails with
-    /// [`SimulationError::Stopped`] at the state before it.
-    pub fn heed(&mut self, cancel: Cancel) {
-        self.sys.solver.heed(&cancel);
+    /// Sets the cancellation of a run: [`Self::advance`] then fails with [`SimulationError::Stopped`] in the state
+    /// before the current increment.
+    pub fn set_cancel(&mut self, cancel: Cancel) {
+        self.sys.solver.set_cancel(&cancel);
         self.sys.cancel = cancel;
     }
 
@@ -135,25 +136,25 @@ impl Simulation {
         &self.sys.body
     }
 
-    /// Displacements, three a node [mm].
+    /// Displacements, three for each node [mm].
     #[must_use]
     pub fn displacements(&self) -> &[f64] {
         &self.sys.u
     }
 
-    /// Contact forces on the nodes, three a node [N].
+    /// Contact forces on the nodes, three for each node [N].
     #[must_use]
     pub fn contact_forces(&self) -> Vec<f64> {
         contact_forces(&self.sys)
     }
 
-    /// Iterations of the attempt made last, also of one that failed.
+    /// Iterations of the last attempt, including one that failed.
     #[must_use]
     pub fn last_attempt(&self) -> &[IterationRecord] {
         &self.history
     }
 
-    /// Shift of each tool from its file's frame to the world [mm].
+    /// Shift of each tool from the frame of its file to the world [mm].
     #[must_use]
     pub fn tool_shifts(&self) -> Vec<Vec3> {
         self.sys.tools.iter().map(Tool::shift).collect()
@@ -165,13 +166,13 @@ impl Simulation {
         self.sys.tools.iter().map(|t| t.setup.side).collect()
     }
 
-    /// Totals so far.
+    /// Current totals.
     #[must_use]
     pub fn summary(&self) -> &RunSummary {
         &self.summary
     }
 
-    /// Work over the size of the sheet of a force that is nothing but rounding [N mm].
+    /// Work of a force at the level of rounding over the size of the sheet [N mm].
     pub(super) fn rounding_work(&self) -> f64 {
         self.share * self.sys.scales.least() * self.sys.lengths.size
     }
@@ -183,7 +184,7 @@ fn place(tools: &mut [Tool], body: &Body) -> Result<(), SimulationError> {
         let ids = tool.setup.side.nodes(mesh);
         let points: Vec<Vec3> = ids.iter().map(|&n| mesh.nodes[n as usize]).collect();
         if tool.place_touching(&points).is_none() {
-            let remedy = tool.setup.why_not_touching(&points);
+            let remedy = tool.setup.placement_remedy(&points);
             let looks_back = tool.setup.looks_back();
             let tool = tool.setup.name.clone();
             return Err(SimulationError::NoTouch { tool, looks_back, remedy });
@@ -199,51 +200,57 @@ fn place(tools: &mut [Tool], body: &Body) -> Result<(), SimulationError> {
 pub(in crate::solver) fn check(setup: &SimulationSetup) -> Result<(), SimulationError> {
     let nodes = setup.body.mesh().nodes.len();
     if setup.constraints.len() != nodes {
-        return refuse(format!(
+        return setup_error(format!(
             "constraints are for {} nodes, the blank has {nodes}",
             setup.constraints.len()
         ));
     }
     let loads = setup.loads.len();
     if loads != 0 && loads != 3 * nodes {
-        return refuse(format!(
+        return setup_error(format!(
             "loads have {loads} components, must have 3 for each of the {nodes} nodes, or none"
         ));
     }
     if !(setup.share > 0.0 && setup.share.is_finite()) {
-        return refuse(format!("share {} must be above zero", setup.share));
+        return setup_error(format!("share {} must be above zero", setup.share));
     }
     setup.tools.iter().try_for_each(check_tool)?;
     setup.stages.iter().try_for_each(|stage| check_stage(stage, setup.tools.len()))
 }
 
-fn refuse(text: String) -> Result<(), SimulationError> {
+fn setup_error(text: String) -> Result<(), SimulationError> {
     Err(SimulationError::Setup(text))
 }
 
 fn check_tool(tool: &ToolSetup) -> Result<(), SimulationError> {
     let length = tool.direction.norm();
     if length.is_nan() || (length - 1.0).abs() > 1e-9 {
-        return refuse(format!("tool `{}`: direction has length {length}, must be 1", tool.name));
+        return setup_error(format!(
+            "tool `{}`: direction has length {length}, must be 1",
+            tool.name
+        ));
     }
     if !(tool.friction >= 0.0 && tool.friction.is_finite()) {
-        return refuse(format!("tool `{}`: friction {} must be >= 0", tool.name, tool.friction));
+        return setup_error(format!(
+            "tool `{}`: friction {} must be >= 0",
+            tool.name, tool.friction
+        ));
     }
     if tool.surface.model().patches.is_empty() {
-        return refuse(format!("tool `{}` has no patches", tool.name));
+        return setup_error(format!("tool `{}` has no patches", tool.name));
     }
     Ok(())
 }
 
-/// Checks a stage of a set-up with this number of `tools`.
+/// Checks a stage of a model with this number of `tools`.
 fn check_stage(stage: &Stage, tools: usize) -> Result<(), SimulationError> {
     let (name, motions) = (&stage.name, stage.motions.len());
     if motions != tools {
-        return refuse(format!("stage `{name}` moves {motions} tools, there are {tools}"));
+        return setup_error(format!("stage `{name}` moves {motions} tools, there are {tools}"));
     }
     let step = |s: f64| s > 0.0 && s <= 1.0;
     if !(step(stage.first_step) && step(stage.largest_step) && stage.duration > 0.0) {
-        return refuse(format!(
+        return setup_error(format!(
             "stage `{name}`: first_step {}, largest_step {} must lie in (0, 1], duration {} above 0",
             stage.first_step, stage.largest_step, stage.duration
         ));
@@ -251,7 +258,7 @@ fn check_stage(stage: &Stage, tools: usize) -> Result<(), SimulationError> {
     let from = |k: usize| if k == 0 { 0.0 } else { stage.ends[k - 1] };
     let bad = stage.ends.iter().enumerate().find(|&(k, &end)| !(end > from(k) && end <= 1.0));
     if let Some((k, end)) = bad {
-        return refuse(format!(
+        return setup_error(format!(
             "stage `{name}`: increment {} ends at a share of {end}, must lie in ({}, 1]",
             k + 1,
             from(k)

@@ -1,4 +1,4 @@
-//! The state of a run between two increments: what a checkpoint holds. A run that goes on from it repeats to the bit.
+//! State of a run between two increments, as stored in a checkpoint. A run restarts from it bit-identically.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::solver::increment::attempt::restore;
 use crate::solver::report::{Energies, RunSummary};
 use crate::solver::stage::state::{Committed, Simulation, UnderWay};
 
-/// Everything that changes during a run.
+/// All quantities that change during a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SimulationState {
     stage: usize,
@@ -18,21 +18,21 @@ pub struct SimulationState {
     energies: Energies,
     summary: RunSummary,
     contact: Vec<SavedContact>,
-    /// Held components of every node, and where they are held [mm].
+    /// Held components of every node, and their prescribed positions [mm].
     held: Vec<u8>,
     held_at: Vec<f64>,
-    /// History of the material points, as little-endian numbers; kept apart from the rest.
+    /// History of the material points as little-endian numbers; stored separately.
     #[serde(skip)]
     pub material: Vec<u8>,
 }
 
 impl SimulationState {
-    /// The last balance.
+    /// Last equilibrium.
     pub(in crate::solver) fn committed(&self) -> &Committed {
         &self.committed
     }
 
-    /// Increments done.
+    /// Number of increments done.
     pub(in crate::solver) fn increments(&self) -> usize {
         self.summary.increments
     }
@@ -67,10 +67,10 @@ impl Simulation {
         }
     }
 
-    /// Goes on from a state of the same set-up.
+    /// Continues from a state of the same model.
     ///
     /// # Errors
-    /// [`SimulationError::Setup`] when the state is of another set-up.
+    /// [`SimulationError::Setup`] if the state is of another model.
     pub fn resume(&mut self, state: SimulationState) -> Result<(), SimulationError> {
         let other = |what: String| {
             Err(SimulationError::Setup(format!("the saved state is of another set-up: {what}")))
@@ -104,13 +104,13 @@ impl Simulation {
         Ok(())
     }
 
-    /// Takes a state of this set-up; time spent stays spent.
+    /// Restores a state of this model, except for the timings.
     pub(in crate::solver) fn go_back(&mut self, state: SimulationState) -> Result<(), String> {
         self.sys.body.import_state(&state.material).map_err(|error| error.to_string())?;
         self.go_back_within(state)
     }
 
-    /// As [`Self::go_back`], where the history of the material points has not been committed since.
+    /// As [`Self::go_back`], if the history of the material points has not been committed since.
     pub(in crate::solver) fn go_back_within(
         &mut self,
         state: SimulationState,
@@ -124,7 +124,7 @@ impl Simulation {
         self.committed = state.committed;
         self.energies = state.energies;
         self.summary = state.summary;
-        self.sys.constraints.take_bits(&state.held);
+        self.sys.constraints.set_bits(&state.held);
         self.sys.held_at = state.held_at;
         restore(self);
         Ok(())

@@ -106,12 +106,12 @@ impl RunFolder {
             record.force_error = record.force_error.max(off / self.force_scale);
         }
         let e = &report.energies;
-        let open = e.open().abs();
-        let opened = (e.open() - record.unaccounted_nmm).abs();
+        let open = e.imbalance().abs();
+        let opened = (e.imbalance() - record.unaccounted_nmm).abs();
         let work = record.work_nmm.max(e.external.abs()).max(e.internal.abs());
         let reference_work = work.max(report.rounding_work);
         record.energy_error = if reference_work > 0.0 { open / reference_work } else { 0.0 };
-        record.unaccounted_nmm = e.open();
+        record.unaccounted_nmm = e.imbalance();
         if opened > record.largest_unaccounted.map_or(0.0, |before| before.energy_nmm) {
             let increment = report.increment;
             record.largest_unaccounted = Some(UnaccountedEnergyRecord {

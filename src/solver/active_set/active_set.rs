@@ -1,7 +1,7 @@
-//! The active set of a system: what is predicted at an iterate and of its linearisation, and the changes that follow.
+//! Active set of a system: prediction from an iterate and its linearisation, and the resulting changes.
 
 use super::approach::TOUCHING_GAP_REL;
-use super::driven_tools::{keep_pushed_tools, opposed, switch};
+use super::driven_tools::{keep_pushed_tools, opposed, set_contact};
 use super::update::{Changes, Gap, Pivoting, Predicted, Tolerances, update};
 use crate::geometry::Vec3;
 use crate::solver::contact::candidate::Candidate;
@@ -10,51 +10,51 @@ use crate::solver::linear::LinearError;
 use crate::solver::system::correction::{Correction, Foretold};
 use crate::solver::system::system::System;
 
-/// Travel past a stop that is rounding, over the shortest edge.
-const TRAVEL_ROUNDING_REL: f64 = 1e-10;
+/// Travel past a stop that counts as rounding, over the shortest edge.
+const TRAVEL_TOLERANCE_REL: f64 = 1e-10;
 
-/// Updates the active set at a new iterate, after the search; returns how many pairs and tools were wrong. Forces are those
-/// that the last correction predicted; gaps, travels and pushes are those of the iterate.
+/// Updates the active set at a new iterate, after the contact search; returns the number of wrong pairs and tools.
+/// Forces are those predicted by the last correction; gaps, travels and pushes are those of the iterate.
 pub(in crate::solver) fn revise(
     sys: &mut System,
     last: Option<&Correction>,
-    near_balance: bool,
+    near_equilibrium: bool,
     limits: &Limits,
     pivoting: &mut Pivoting,
 ) -> usize {
-    sys.contact.candidates.iter_mut().for_each(|c| c.fresh = false);
-    let lost: Vec<usize> =
+    sys.contact.candidates.iter_mut().for_each(|c| c.newly_active = false);
+    let inadmissible: Vec<usize> =
         sys.contact.active().map(|(k, _)| k).filter(|&k| !sys.can_touch(k)).collect();
-    lost.iter().for_each(|&k| switch(sys, k, false));
-    // The first iterate is a guess, from which nothing is predicted: what penetrates there need not after the first correction.
+    inadmissible.iter().for_each(|&k| set_contact(sys, k, false));
+    // Nothing is predicted from the first iterate: nodes that penetrate there may not after the first correction.
     let Some(last) = last else {
         changes(sys, &Predicted::default(), Tolerances::default(), pivoting);
-        return lost.len() + keep_pushed_tools(sys);
+        return inadmissible.len() + keep_pushed_tools(sys);
     };
     let mut predicted = Predicted {
         forces: forces(sys, last),
         gaps: gaps(sys, gap_tolerance(sys, limits), |c| c.foot.gap),
         tools: sys.stopped_tools(|sys, tool| (sys.tools[tool].travel, sys.push_of(tool))),
     };
-    if near_balance {
+    if near_equilibrium {
         predicted.forces.retain(|&(k, _)| sys.lambda(k) < 0.0);
     }
     let changes = changes(sys, &predicted, tolerances(sys, last, limits), pivoting);
-    lost.len() + apply(sys, &changes) + keep_pushed_tools(sys)
+    inadmissible.len() + apply(sys, &changes) + keep_pushed_tools(sys)
 }
 
-/// Iterates the active set on the linearised system, where plasticity cannot interfere: corrects again until the predicted
-/// forces push and the predicted gaps are open, or `rounds` times. Returns the last correction and how often the system was
-/// solved again.
-pub(in crate::solver) fn settle(
+/// Active-set iteration on the linearised system, which excludes the effect of plasticity. Corrections are repeated
+/// until the predicted forces are compressive and the predicted gaps open, at most `max_iterations` times. Returns the last
+/// correction and the number of repeated solves.
+pub(in crate::solver) fn iterate_active_set(
     sys: &mut System,
     mut correction: Correction,
     limits: &Limits,
-    rounds: usize,
+    max_iterations: usize,
 ) -> Result<(Correction, usize), LinearError> {
     let mut pivoting = Pivoting::new();
-    for solves in 0..rounds {
-        let predicted = of_linearisation(sys, &correction, gap_tolerance(sys, limits));
+    for solves in 0..max_iterations {
+        let predicted = predicted_by(sys, &correction, gap_tolerance(sys, limits));
         let tolerances = tolerances(sys, &correction, limits);
         let changes = changes(sys, &predicted, tolerances, &mut pivoting);
         if apply(sys, &changes) == 0 {
@@ -65,16 +65,16 @@ pub(in crate::solver) fn settle(
         let found = sys.correct_again();
         correction = opposed(sys, found)?;
     }
-    Ok((correction, rounds))
+    Ok((correction, max_iterations))
 }
 
-/// What a correction of the present iterate predicts.
-fn of_linearisation(sys: &System, correction: &Correction, open: f64) -> Predicted {
-    let mut moves = vec![0.0; sys.tools.len()];
-    correction.travels.iter().for_each(|&(tool, travel)| moves[tool] = travel);
+/// Prediction of a correction of the current iterate.
+fn predicted_by(sys: &System, correction: &Correction, open: f64) -> Predicted {
+    let mut tool_travels = vec![0.0; sys.tools.len()];
+    correction.travels.iter().for_each(|&(tool, travel)| tool_travels[tool] = travel);
     let gap = |c: &Candidate| {
         let du = Vec3::from_column_slice(&correction.u[3 * c.node..3 * c.node + 3]);
-        let tool = sys.tools[c.tool].setup.direction * moves[c.tool];
+        let tool = sys.tools[c.tool].setup.direction * tool_travels[c.tool];
         c.foot.gap + c.foot.normal.dot(&(du - tool))
     };
     let tools = sys.stopped_tools(|sys, tool| {
@@ -84,23 +84,23 @@ fn of_linearisation(sys: &System, correction: &Correction, open: f64) -> Predict
             c.tool == tool && c.active
         });
         let push = of_tool.map(|f| f.force.dot(&direction)).sum();
-        (sys.tools[tool].travel + moves[tool], push)
+        (sys.tools[tool].travel + tool_travels[tool], push)
     });
     Predicted { forces: forces(sys, correction), gaps: gaps(sys, open, gap), tools }
 }
 
-/// Gap below which a node penetrates [mm].
+/// Gap below which a node counts as penetrating [mm].
 fn gap_tolerance(sys: &System, limits: &Limits) -> f64 {
     -0.5 * limits.gap_tolerance * sys.lengths.shortest_edge
 }
 
 fn tolerances(sys: &System, correction: &Correction, limits: &Limits) -> Tolerances {
     let largest = correction.foretold.iter().fold(0.0, |m: f64, f| m.max(f.lambda.abs()));
-    // A sheet that tools alone carry along is not pushed at all: of the forces there is only rounding, but with dampers.
+    // A sheet that is carried only by its tools has no contact forces except rounding and those of the dampers.
     let rounding = if sys.regime.is_loose() { sys.rounding_of_forces() } else { 0.0 };
     Tolerances {
         tension: -(1e-10 * largest).max(rounding),
-        travel: TRAVEL_ROUNDING_REL * sys.lengths.shortest_edge,
+        travel: TRAVEL_TOLERANCE_REL * sys.lengths.shortest_edge,
         gap: gap_tolerance(sys, limits),
     }
 }
@@ -114,16 +114,16 @@ fn changes(
     update(predicted, |node| sys.neighbours(node), tolerances, pivoting)
 }
 
-/// Makes changes; returns how many pairs and tools were wrong.
+/// Applies changes; returns the number of wrong pairs and tools.
 fn apply(sys: &mut System, changes: &Changes) -> usize {
     sys.timings.cycling += usize::from(changes.cycles);
-    changes.release.iter().for_each(|&k| switch(sys, k, false));
-    changes.add.iter().for_each(|&k| switch(sys, k, true));
+    changes.release.iter().for_each(|&k| set_contact(sys, k, false));
+    changes.add.iter().for_each(|&k| set_contact(sys, k, true));
     changes.stops.iter().for_each(|&(tool, reached)| sys.stops[tool].reached = reached);
     changes.wrong
 }
 
-/// Touching pairs with the normal forces that a correction predicts.
+/// Pairs in contact with the normal forces predicted by a correction.
 fn forces(sys: &System, correction: &Correction) -> Vec<(usize, f64)> {
     let unloaded = !sys.regime.is_loose() && sys.is_without_loads();
     let counts = |f: &&Foretold| {
@@ -133,20 +133,20 @@ fn forces(sys: &System, correction: &Correction) -> Vec<(usize, f64)> {
     correction.foretold.iter().filter(counts).map(|f| (f.candidate, f.lambda)).collect()
 }
 
-/// Pairs of free nodes whose `gap` is below `open` [mm].
+/// Pairs of nodes without contact whose `gap` is below `open` [mm].
 fn gaps(sys: &System, open: f64, gap: impl Fn(&Candidate) -> f64) -> Vec<Gap> {
-    let mut busy = vec![false; sys.node_count()];
+    let mut in_contact = vec![false; sys.node_count()];
     for (_, c) in sys.contact.active() {
-        busy[c.node] = true;
+        in_contact[c.node] = true;
     }
     let free = sys.contact.candidates.iter().enumerate();
-    free.filter(|(_, c)| !c.active && !busy[c.node])
+    free.filter(|(_, c)| !c.active && !in_contact[c.node])
         .map(|(pair, c)| Gap { pair, node: c.node, gap: gap(c) })
         .filter(|g| g.gap < open && sys.can_touch(g.pair))
         .collect()
 }
 
-/// Adds every free node that touches.
+/// Adds every node without contact that touches a tool.
 pub(in crate::solver) fn take_in(sys: &mut System) {
     let gap = TOUCHING_GAP_REL * sys.lengths.shortest_edge;
     let gaps = gaps(sys, gap, |c| c.foot.gap);

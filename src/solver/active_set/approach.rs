@@ -1,49 +1,57 @@
-//! What lies ahead of a tool on its way: the sheet, seen by going from its nodes towards the tool.
+//! Approach of tools: distance from a tool to the sheet along its direction, computed from the nodes.
 
 use rayon::prelude::*;
 
 use crate::geometry::Vec3;
-use crate::solver::contact::frame::PUSHABLE;
+use crate::solver::contact::frame::NORMAL_FRACTION_MIN;
 use crate::solver::system::system::System;
 use crate::solver::tools::motion::Motion;
-use crate::solver::tools::way::{LEAST_STEP_REL, way_to};
+use crate::solver::tools::way::{STEP_MIN_REL, distance_along};
 
-/// Gap of a node that touches but for rounding, over the shortest edge.
+/// Gap of a node that counts as contact, over the shortest edge.
 pub(super) const TOUCHING_GAP_REL: f64 = 1e-6;
 
 impl System {
-    /// How far a tool is from meeting a node that it could push, moved along the unit vector `along` [mm], if that is within
-    /// `most` [mm].
-    fn way_to_sheet(&self, tool: usize, along: &Vec3, most: f64) -> Option<f64> {
+    /// Distance that a tool travels along the unit vector `along` until it meets a node that it can push [mm]; `None`
+    /// beyond `distance_max` [mm].
+    fn distance_to_sheet(&self, tool: usize, along: &Vec3, distance_max: f64) -> Option<f64> {
         let (surface, shift) = (&self.tools[tool].setup.surface, self.tools[tool].shift());
         let reach = self.lengths.longest_edge;
         let of_tool =
             self.contact.candidates.par_iter().with_min_len(64).filter(|c| c.tool == tool);
-        let ways = of_tool.map(|c| {
+        let distances = of_tool.map(|c| {
             let place = self.position(c.node) - shift;
             let free = self.constraints.free_projector(c.node);
-            let pushes = |normal: &Vec3| (free * normal).norm() > PUSHABLE;
-            way_to(surface, &place, along, [most, reach], pushes).unwrap_or(f64::INFINITY)
+            let pushes = |normal: &Vec3| (free * normal).norm() > NORMAL_FRACTION_MIN;
+            distance_along(surface, &place, along, [distance_max, reach], pushes)
+                .unwrap_or(f64::INFINITY)
         });
-        let least = ways.reduce(|| f64::INFINITY, f64::min);
+        let least = distances.reduce(|| f64::INFINITY, f64::min);
         least.is_finite().then_some(least)
     }
 
-    /// Whether a tool, moved along its direction, meets a candidate's node about where its foot has it, `way` [mm] on: not one
-    /// beside it, whose foot lies on a face that bulges towards it.
-    pub(in crate::solver) fn meets(&self, k: usize, way: f64) -> bool {
+    /// Whether a tool travelling along its direction meets the node of a candidate near its foot point, at the
+    /// given `distance` [mm]. False for a node beside the tool whose foot point lies on a face that bulges towards it.
+    pub(in crate::solver) fn meets(&self, k: usize, distance: f64) -> bool {
         let c = &self.contact.candidates[k];
         let (own, reach) = (&self.tools[c.tool], self.lengths.longest_edge);
         let place = self.position(c.node) - own.shift();
         let free = self.constraints.free_projector(c.node);
-        let pushes = |normal: &Vec3| (free * normal).norm() > PUSHABLE;
-        let most = way.max(0.0) + reach;
-        way_to(&own.setup.surface, &place, &own.setup.direction, [most, reach], pushes).is_some()
+        let pushes = |normal: &Vec3| (free * normal).norm() > NORMAL_FRACTION_MIN;
+        let distance_max = distance.max(0.0) + reach;
+        distance_along(
+            &own.setup.surface,
+            &place,
+            &own.setup.direction,
+            [distance_max, reach],
+            pushes,
+        )
+        .is_some()
     }
 
-    /// How far a tool may be moved along its direction, however far, until it is about to meet the sheet [mm]: in round numbers,
-    /// whatever patches it has beside the sheet.
-    pub(in crate::solver) fn way_ahead(&self, tool: usize) -> Option<f64> {
+    /// Distance that a tool can travel along its direction until just before it meets the sheet [mm], without limit.
+    /// Rounded down to a multiple of the step, so that patches beside the sheet have no effect.
+    pub(in crate::solver) fn clear_travel(&self, tool: usize) -> Option<f64> {
         let own = &self.tools[tool];
         let direction = own.setup.direction;
         let bounds = own.setup.surface.bounds();
@@ -51,18 +59,19 @@ impl System {
             bounds.corners().map(|p| p.dot(&direction)).into_iter().fold(f64::INFINITY, f64::min);
         let nodes =
             (0..self.node_count()).map(|n| (self.position(n) - own.shift()).dot(&direction));
-        let most = nodes.fold(f64::NEG_INFINITY, f64::max) - rear;
-        let round = LEAST_STEP_REL * self.lengths.longest_edge;
-        self.way_to_sheet(tool, &direction, most).map(|way| (way / round).floor() * round)
+        let distance_max = nodes.fold(f64::NEG_INFINITY, f64::max) - rear;
+        let round = STEP_MIN_REL * self.lengths.longest_edge;
+        self.distance_to_sheet(tool, &direction, distance_max)
+            .map(|distance| (distance / round).floor() * round)
     }
 
-    /// Whether a tool that does not touch the sheet comes to it in a stage, as the sheet lies now.
+    /// Whether a tool without contact meets the current configuration of the sheet in a stage.
     pub(in crate::solver) fn comes(&self, tool: usize, motion: &Motion, carried: f64) -> bool {
         let start = self.tools[tool].travel;
         let meets = |[low, high]: [f64; 2]| {
             let direction = self.tools[tool].setup.direction;
-            let on = self.way_to_sheet(tool, &direction, high - start);
-            on.is_some() || self.way_to_sheet(tool, &-direction, start - low).is_some()
+            let on = self.distance_to_sheet(tool, &direction, high - start);
+            on.is_some() || self.distance_to_sheet(tool, &-direction, start - low).is_some()
         };
         match motion {
             Motion::Hold | Motion::Release | Motion::Absent => false,

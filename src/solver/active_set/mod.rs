@@ -1,6 +1,6 @@
-//! Which conditions hold: nodes that touch, tools that are driven or stand at their stops.
+//! Active set: nodes in contact, and driven tools at their stops.
 //!
-//! Called by `newton` at every iterate, and by `increment` for tools that would pass through the sheet within a step.
+//! Used by `newton` at every iterate, and by `increment` to detect tools that cross the sheet within a step.
 
 pub(super) mod active_set;
 pub(super) mod approach;

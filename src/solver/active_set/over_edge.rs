@@ -1,31 +1,32 @@
-//! Where the sheet bends over a tool's free border. Conditions hold nodes only: what an edge presses into the sheet between them
-//! is not seen, and a node drawn back over the edge comes from within the tool. It is told.
+//! Overhang: the sheet bends over a free border of a tool. Conditions act on nodes only, so the indentation by an
+//! edge between nodes is not modelled, and a node drawn back over the edge starts inside the tool. An overhang is
+//! reported.
 
 use crate::geometry::Vec3;
 use crate::solver::contact::candidate::Candidate;
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 
-/// Depth of an edge in the straight line between two nodes that counts, over the thickness.
-const EDGE_DEPTH_REL: f64 = 0.1;
+/// Minimum depth of an edge below the straight line between two nodes to be reported, over the thickness.
+const OVERHANG_DEPTH_REL: f64 = 0.1;
 
-/// Nodes beyond the free border of a tool, bent over it.
+/// Nodes past the free border of a tool where the sheet overhangs it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OverEdge {
-    /// Position of the tool.
+    /// Index of the tool.
     pub tool: usize,
-    /// How many nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Depth of the edge in the straight line from the deepest of them to one that the tool holds [mm].
+    /// Depth of the edge below the straight line from the deepest of these nodes to a neighbour in contact [mm].
     pub depth: f64,
-    /// Where on the edge [mm].
+    /// Position on the edge [mm].
     pub at: Vec3,
 }
 
 impl System {
-    /// The tool over whose border the sheet is bent, if there is one; the deepest of several.
+    /// The deepest overhang, if there is one.
     pub(in crate::solver) fn over_edge(&self) -> Option<OverEdge> {
-        let allowed = EDGE_DEPTH_REL * self.body.mesh().mean_thickness();
+        let allowed = OVERHANG_DEPTH_REL * self.body.mesh().mean_thickness();
         let found = (0..self.tools.len()).filter(|&tool| self.roles[tool] != Role::Absent);
         let found = found.filter_map(|tool| self.over_edge_of(tool, allowed));
         found.max_by(|a, b| a.depth.total_cmp(&b.depth))
@@ -42,17 +43,17 @@ impl System {
         Some(OverEdge { tool, nodes: deep.len(), depth, at: deepest.foot.point + shift })
     }
 
-    /// How deep the edge next to a node past the border lies in the straight lines from it to its neighbours that the tool holds.
+    /// Depth of the edge closest to a node past the border, below the straight lines to its neighbours in contact.
     fn depth_of_edge(&self, c: &Candidate, shift: &Vec3, held: &[bool]) -> Option<f64> {
-        // What lies beyond the reach of the search has no foot.
+        // Beyond the search radius there is no foot point.
         if c.active || !c.foot.past_border || c.foot.gap.is_infinite() {
             return None;
         }
         let (edge, from) = (c.foot.point + shift, self.position(c.node));
         let depth = |node: usize| {
-            let way = self.position(node) - from;
-            let share = ((edge - from).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
-            (edge - from - way * share).dot(&c.foot.normal)
+            let line = self.position(node) - from;
+            let parameter = ((edge - from).dot(&line) / line.norm_squared()).clamp(0.0, 1.0);
+            (edge - from - line * parameter).dot(&c.foot.normal)
         };
         self.neighbours(c.node).filter(|&node| held[node]).map(depth).max_by(f64::total_cmp)
     }

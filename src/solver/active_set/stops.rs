@@ -1,28 +1,28 @@
-//! Stops of tools that are moved by a force or a spring: distance blocks, the end of a cylinder. Such a tool goes no
-//! farther than its stop, which from there on takes what the sheet does not carry.
+//! Stops of tools driven by a force or a spring: distance blocks, end of a cylinder. At its stop such a tool does not
+//! advance, and the stop carries the difference to the force of the sheet.
 //!
-//! `travel <= stop`, `push <= wanted`, one of them equal: which one is part of the active set, found in the same iteration
-//! as the nodes that touch.
+//! `travel <= stop`, `push <= wanted`, one of them with equality. The state is part of the active set and is
+//! determined in the same iteration as contact.
 
 use super::update::StoppedTool;
 use crate::solver::system::system::System;
 use crate::solver::tools::stop::Stop;
 
 impl System {
-    /// Force with which a tool is to push whose travel is unknown and that does not rest on its stop [N].
+    /// Prescribed force of a tool with unknown travel that is not at its stop [N].
     pub(in crate::solver) fn wanted(&self, tool: usize) -> Option<f64> {
         let push = self.roles[tool].push(self.tools[tool].travel)?;
         (!self.stops[tool].reached).then_some(push)
     }
 
-    /// Travel that a tool lacks that rests on its stop [mm].
+    /// Travel to the stop of a tool that is at its stop [mm].
     pub(in crate::solver) fn short_of_stop(&self, tool: usize) -> Option<f64> {
         let stop = self.stops[tool];
         stop.reached.then_some(stop.at - self.tools[tool].travel)
     }
 
-    /// Sets where a tool is held up in this increment, no farther back than where the stage found it, and leaves it no
-    /// farther than there.
+    /// Sets the stop of a tool for this increment, not behind its position at the start of the stage, and limits the
+    /// travel to it.
     pub(in crate::solver) fn set_stop(&mut self, tool: usize, start: f64) {
         let stop = self.tools[tool].setup.stop.filter(|_| self.roles[tool].push(0.0).is_some());
         let reached = stop.is_some() && self.stops[tool].reached;
@@ -31,7 +31,7 @@ impl System {
         self.tools[tool].travel = self.tools[tool].travel.min(at);
     }
 
-    /// The tools with a stop, with the travel [mm] and push [N] that `of` predicts.
+    /// Tools with a stop, with the travel [mm] and push [N] predicted by `of`.
     pub(in crate::solver) fn stopped_tools(
         &self,
         of: impl Fn(&Self, usize) -> (f64, f64),

@@ -1,68 +1,67 @@
-//! The update of the active set: which pairs touch and which tools rest on their stops, from what is predicted of their
-//! forces, gaps, travels and pushes.
+//! Update of the active set: contact pairs and tools at their stops, from predicted forces, gaps, travels and pushes.
 //!
-//! A primal-dual active set method in blocks: every pair that is in tension is released and every node that penetrates is
-//! added, at once; when that no longer brings fewer wrong pairs, only the worst of them (block principal pivoting, Judice &
-//! Pires 1994), which ends active-set cycling of large blocks.
+//! Primal-dual active set method with blocks: all pairs in tension are released and all penetrating nodes are added
+//! at once. If the number of wrong pairs no longer decreases, only the worst of them are changed (block principal
+//! pivoting, Judice & Pires 1994), which ends active-set cycling of large blocks.
 
 use crate::solver::tools::stop::Stop;
 
-/// Share of its force by which a tool may push more than required before it leaves its stop.
+/// Relative excess of the force of a tool over the required one at which it leaves its stop.
 const PUSH_TOLERANCE_REL: f64 = 1e-9;
 
-/// Iterations without fewer wrong pairs before only a part of them is changed.
-const FULL_BLOCK_UPDATES: usize = 4;
-/// Smallest part of the wrong pairs that is changed at once: one in so many.
-const SMALLEST_BLOCK: usize = 6;
+/// Iterations without a decrease of the number of wrong pairs before only a part of them is changed.
+const FULL_BLOCK_UPDATES_MAX: usize = 4;
+/// Smallest part of the wrong pairs changed at once, as its inverse.
+const BLOCK_DIVISOR_MAX: usize = 6;
 
-/// Share of the depth of the deepest neighbour that a node has to have to be added.
-const CREST_DEPTH_RATIO: f64 = 0.999;
+/// Minimum depth of an added node over that of its deepest neighbour.
+const CREST_DEPTH_RATIO_MIN: f64 = 0.999;
 
-/// What is predicted of pairs and tools. Pairs are indices of candidates; their lists rise.
+/// Predicted state of pairs and tools. Pairs are indices of candidates, in ascending order.
 #[derive(Debug, Default)]
 pub(in crate::solver) struct Predicted {
-    /// Touching pairs and their normal forces [N]; positive: compression.
+    /// Pairs in contact and their normal forces [N]; positive in compression.
     pub(in crate::solver) forces: Vec<(usize, f64)>,
-    /// Pairs that may touch, of nodes that touch no tool, with a gap below [`Tolerances::gap`].
+    /// Admissible pairs of nodes without contact, with a gap below [`Tolerances::gap`].
     pub(in crate::solver) gaps: Vec<Gap>,
     /// Tools with a stop.
     pub(in crate::solver) tools: Vec<StoppedTool>,
 }
 
-/// A pair that does not touch.
+/// A pair without contact.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::solver) struct Gap {
-    /// The pair.
+    /// Index of the pair.
     pub(in crate::solver) pair: usize,
-    /// Its node.
+    /// Node of the pair.
     pub(in crate::solver) node: usize,
-    /// Its gap [mm].
+    /// Gap of the pair [mm].
     pub(in crate::solver) gap: f64,
 }
 
-/// A tool that a force or a spring moves no farther than its stop.
+/// A tool with a stop, driven by a force or a spring.
 #[derive(Debug)]
 pub(in crate::solver) struct StoppedTool {
-    /// The tool.
+    /// Index of the tool.
     pub(in crate::solver) tool: usize,
-    /// Its stop.
+    /// Stop of the tool.
     pub(in crate::solver) stop: Stop,
     /// Travel [mm].
     pub(in crate::solver) travel: f64,
     /// Force on the sheet along its direction [N].
     pub(in crate::solver) push: f64,
-    /// Force with which it has to push at its stop [N].
+    /// Required force at the stop [N].
     pub(in crate::solver) required: f64,
 }
 
-/// What is rounding.
+/// Rounding tolerances.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::solver) struct Tolerances {
     /// Normal force below which a pair is in tension, at most 0 [N].
     pub(in crate::solver) tension: f64,
     /// Travel past a stop [mm].
     pub(in crate::solver) travel: f64,
-    /// Gap that depths are counted from [mm].
+    /// Reference gap of depths [mm].
     pub(in crate::solver) gap: f64,
 }
 
@@ -73,20 +72,20 @@ pub(in crate::solver) struct Changes {
     pub(in crate::solver) release: Vec<usize>,
     /// Pairs to add.
     pub(in crate::solver) add: Vec<usize>,
-    /// Tools whose stop changes, and whether they rest on it now.
+    /// Tools whose stop state changes, and whether they are at their stop.
     pub(in crate::solver) stops: Vec<(usize, bool)>,
-    /// Wrong pairs and stops, also those that are not changed yet.
+    /// Wrong pairs and stops, including those not changed yet.
     pub(in crate::solver) wrong: usize,
-    /// Blocks of wrong pairs cycle and are cut down.
+    /// The active set cycles, and blocks are reduced.
     pub(in crate::solver) cycles: bool,
 }
 
-/// How the updates of one increment went.
+/// State of block principal pivoting in one increment.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::solver) struct Pivoting {
-    /// Fewest wrong pairs so far.
+    /// Smallest number of wrong pairs so far.
     fewest: usize,
-    /// Updates since.
+    /// Updates since then.
     since: usize,
 }
 
@@ -95,27 +94,27 @@ impl Pivoting {
         Self { fewest: usize::MAX, since: 0 }
     }
 
-    /// How many of `wrong` pairs (of one kind) to change now.
-    fn block(&self, wrong: usize) -> usize {
-        if self.since <= FULL_BLOCK_UPDATES {
+    /// Number of `wrong` pairs (of one kind) to change.
+    fn block_size(&self, wrong: usize) -> usize {
+        if self.since <= FULL_BLOCK_UPDATES_MAX {
             wrong
         } else {
-            wrong.div_ceil(self.since.min(SMALLEST_BLOCK))
+            wrong.div_ceil(self.since.min(BLOCK_DIVISOR_MAX))
         }
     }
 
-    /// Takes the number of wrong pairs; whether blocks of them cycle and are cut down now.
-    fn count(&mut self, wrong: usize) -> bool {
+    /// Registers the number of wrong pairs; returns whether the active set cycles and blocks are reduced.
+    fn register(&mut self, wrong: usize) -> bool {
         if wrong < self.fewest {
             (self.fewest, self.since) = (wrong, 0);
         } else if wrong > 0 {
             self.since += 1;
         }
-        wrong > 0 && self.since > FULL_BLOCK_UPDATES
+        wrong > 0 && self.since > FULL_BLOCK_UPDATES_MAX
     }
 }
 
-/// The changes that what is predicted asks for; `neighbours`: nodes that share an element with a node.
+/// Changes required by the prediction. `neighbours`: nodes that share an element with a node.
 pub(in crate::solver) fn update<I: Iterator<Item = usize>>(
     predicted: &Predicted,
     neighbours: impl Fn(usize) -> I,
@@ -124,12 +123,12 @@ pub(in crate::solver) fn update<I: Iterator<Item = usize>>(
 ) -> Changes {
     let tension = |&&(_, force): &&(usize, f64)| force < tolerances.tension;
     let mut release: Vec<(usize, f64)> = predicted.forces.iter().filter(tension).copied().collect();
-    let mut add = penetrating(&predicted.gaps, neighbours, tolerances.gap.max(0.0));
+    let mut add = crest_nodes(&predicted.gaps, neighbours, tolerances.gap.max(0.0));
     let wrong = release.len() + add.len();
-    let cycles = pivoting.count(wrong);
+    let cycles = pivoting.register(wrong);
     for kind in [&mut release, &mut add] {
-        worst_first(kind);
-        kind.truncate(pivoting.block(kind.len()));
+        sort_worst_first(kind);
+        kind.truncate(pivoting.block_size(kind.len()));
     }
     let pairs = |kind: Vec<(usize, f64)>| kind.into_iter().map(|(pair, _)| pair).collect();
     let stops = changed_stops(&predicted.tools, tolerances.travel);
@@ -137,17 +136,16 @@ pub(in crate::solver) fn update<I: Iterator<Item = usize>>(
     Changes { release: pairs(release), add: pairs(add), stops, wrong, cycles }
 }
 
-/// Sorts wrong pairs, the worst in front. Of those that are as wrong as each other but for rounding, as symmetric ones are, the
-/// first in order comes first, whatever the axes of the model.
-fn worst_first(wrong: &mut [(usize, f64)]) {
+/// Sorts wrong pairs by decreasing error. Errors equal up to rounding, as of symmetric pairs, are ordered by index,
+/// independent of the axes of the model.
+fn sort_worst_first(wrong: &mut [(usize, f64)]) {
     wrong.sort_by(|a, b| (a.1 as f32).total_cmp(&(b.1 as f32)).then(a.0.cmp(&b.0)));
 }
 
-/// Of nodes that penetrate those that are as deep as the deepest of their neighbours, each in the tool that it is deepest in.
-/// Where a stretch of the sheet dips into a tool its crest is what touches; all of it at once would have to be released again
-/// one row of nodes after the other. Depths are counted from the gap `from` [mm], so that nodes that just touch have one
-/// whatever their rounding.
-fn penetrating<I: Iterator<Item = usize>>(
+/// Penetrating nodes that are as deep as their deepest neighbour, each with the tool in which it is deepest. Where a
+/// part of the sheet penetrates a tool, its crest comes into contact; the rest would have to be released again row by
+/// row. Depths are relative to the gap `from` [mm], so that nodes in contact have one regardless of rounding.
+fn crest_nodes<I: Iterator<Item = usize>>(
     gaps: &[Gap],
     neighbours: impl Fn(usize) -> I,
     from: f64,
@@ -160,12 +158,12 @@ fn penetrating<I: Iterator<Item = usize>>(
         at.map_or(0.0, |at| from - inside[at].gap)
     };
     let deepest = |node: usize| neighbours(node).map(depth).fold(0.0, f64::max);
-    let crests = inside.iter().filter(|g| from - g.gap >= CREST_DEPTH_RATIO * deepest(g.node));
+    let crests = inside.iter().filter(|g| from - g.gap >= CREST_DEPTH_RATIO_MIN * deepest(g.node));
     crests.map(|g| (g.pair, g.gap)).collect()
 }
 
-/// Tools that have passed their stop, and those on it that push more than required: `travel <= stop`, `push <= required`,
-/// one of them equal.
+/// Tools past their stop, and tools at their stop that push more than required: `travel <= stop`, `push <= required`,
+/// one with equality.
 fn changed_stops(tools: &[StoppedTool], rounding: f64) -> Vec<(usize, bool)> {
     let changed = |t: &StoppedTool| {
         let now = if t.stop.reached {
@@ -202,7 +200,7 @@ mod tests {
         let changes = update(&predicted, row, EXACT, &mut pivoting);
         assert_eq!((&changes.release[..], &changes.add[..]), (&[5, 3][..], &[8][..]));
         assert_eq!((changes.wrong, changes.cycles), (3, false));
-        // Nothing is wrong: nothing changes.
+        // No wrong pair: no change.
         let still = update(&of(&[(0, 2.0)], &[]), row, EXACT, &mut pivoting);
         assert_eq!(still, Changes::default());
     }
@@ -233,17 +231,17 @@ mod tests {
     #[test]
     fn blocks_that_cycle_are_cut_down() {
         let mut pivoting = Pivoting::new();
-        for _ in 0..=FULL_BLOCK_UPDATES {
-            assert!(!pivoting.count(12));
-            assert_eq!(pivoting.block(12), 12);
+        for _ in 0..=FULL_BLOCK_UPDATES_MAX {
+            assert!(!pivoting.register(12));
+            assert_eq!(pivoting.block_size(12), 12);
         }
-        assert!(pivoting.count(12));
-        assert_eq!(pivoting.block(12), 3);
-        assert!(pivoting.count(13));
-        assert_eq!(pivoting.block(12), 2);
-        // Fewer than ever: whole blocks again.
-        assert!(!pivoting.count(5));
-        assert_eq!(pivoting.block(5), 5);
-        assert!(!pivoting.count(0));
+        assert!(pivoting.register(12));
+        assert_eq!(pivoting.block_size(12), 3);
+        assert!(pivoting.register(13));
+        assert_eq!(pivoting.block_size(12), 2);
+        // Fewer than ever: full blocks again.
+        assert!(!pivoting.register(5));
+        assert_eq!(pivoting.block_size(5), 5);
+        assert!(!pivoting.register(0));
     }
 }

@@ -1,29 +1,30 @@
-//! Material axes that follow the sheet: the third across it, the first the rolling direction.
+//! Material axes that follow the sheet: the third along its normal, the first along the rolling direction.
 
 use super::body::Body;
 use crate::geometry::frame::Frame;
 use crate::geometry::{Mat3, Vec3};
 
-/// A rolling direction that nearly is an element's normal: what of it lies in the element says nothing.
+/// A rolling direction so close to the normal of an element that its in-plane projection is undefined.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("the rolling direction is {degrees:.1} degrees from the normal of element {element}")]
 pub struct AlongNormal {
     /// Element number.
     pub element: usize,
-    /// Angle between the two [degrees].
+    /// Angle between rolling direction and normal [degrees].
     pub degrees: f64,
 }
 
 impl Body {
-    /// Least angle between the rolling direction and the normal of an element [degrees].
-    pub const LEAST_ANGLE: f64 = 10.0;
+    /// Minimum angle between the rolling direction and the normal of an element [degrees].
+    pub const ROLLING_ANGLE_MIN: f64 = 10.0;
 
-    /// Gives the material, in each element, its third axis along the normal of the element's mid-surface before
-    /// forming and its first along what of `rolling` lies in that surface. Strains and plastic strains in the histories are in
-    /// these axes ([`Body::material_axes`]) then; their traces and what a history holds of numbers are the same in all axes.
+    /// Sets the material axes of each element: the third along the normal of its undeformed mid-surface, the first
+    /// along the in-plane projection of `rolling`. Total and plastic strains in the histories are then in these axes
+    /// ([`Body::material_axes`]). Their traces and the scalar history variables do not depend on the axes.
     ///
     /// # Errors
-    /// [`AlongNormal`] for the element whose normal is nearest to `rolling`, where that is nearer than [`Body::LEAST_ANGLE`].
+    /// [`AlongNormal`] for the element whose normal is closest to `rolling`, if the angle is below
+    /// [`Body::ROLLING_ANGLE_MIN`].
     pub fn set_rolling_direction(&mut self, rolling: &Vec3) -> Result<(), AlongNormal> {
         let normals = self.mesh.normals();
         let angle = |normal: &Vec3| {
@@ -31,7 +32,7 @@ impl Body {
         };
         let nearest = normals.iter().map(angle).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((element, degrees)) =
-            nearest.filter(|(_, degrees)| *degrees < Self::LEAST_ANGLE)
+            nearest.filter(|(_, degrees)| *degrees < Self::ROLLING_ANGLE_MIN)
         {
             return Err(AlongNormal { element, degrees });
         }
@@ -43,8 +44,8 @@ impl Body {
         Ok(())
     }
 
-    /// Axes of the material in each element, where they differ from element to element and its histories are in them: columns
-    /// rolling, transverse and thickness direction.
+    /// Material axes of each element if they differ between elements; columns are the rolling, transverse and
+    /// thickness direction. The histories are in these axes.
     #[must_use]
     pub fn material_axes(&self) -> Option<&[Mat3]> {
         self.axes.as_deref()
@@ -65,7 +66,7 @@ mod tests {
 
     const SHELL: ElementKind = ElementKind::SolidShell { points: 3, membrane: true };
 
-    /// A sheet bent about y, of which no two elements have one normal.
+    /// A sheet bent about y in which no two elements have the same normal.
     fn bent() -> HexMesh {
         let mut mesh = rectangle(6.0, 4.0, 0.6, 4, 2, 1);
         for x in &mut mesh.nodes {
@@ -82,7 +83,7 @@ mod tests {
         body
     }
 
-    /// Forces of two steps, and the tangent of the second times a vector.
+    /// Forces of two steps, and the product of the second tangent with a vector.
     fn formed(turn: &Mat3, kind: ElementKind) -> [Vec<Vec3>; 2] {
         let mut mesh = bent();
         let own = mesh.nodes.clone();
@@ -95,7 +96,7 @@ mod tests {
                 <[f64; 3]>::from(turn * own)
             };
             let u: Vec<f64> = own.iter().flat_map(u).collect();
-            // Often enough for the inner modes to come to rest.
+            // Enough evaluations for the internal modes to converge.
             (0..8).for_each(|_| body.evaluate(&u, Want::ResidualAndTangent, &mut out).unwrap());
             body.commit();
         }

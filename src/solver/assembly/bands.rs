@@ -1,7 +1,8 @@
-//! The element loop, band by band: what elements answer is summed while it is in the cache.
+//! Element loop over bands: element matrices are assembled while they are in the cache.
 //!
-//! A band is a run of elements, evaluated side by side; then the rows of all nodes that no later element touches are
-//! summed. Only so many answers are kept as such rows need. Nodes add up their elements in order, whatever the bands.
+//! A band is a run of elements evaluated in parallel. After each band the rows of all nodes without later elements
+//! are assembled, and only the element matrices needed for later rows are kept. Contributions to a node are summed in
+//! element order, independent of the bands.
 
 use std::ops::Range;
 
@@ -14,24 +15,25 @@ use crate::solver::element::{
 };
 use crate::solver::linear::pattern::{Gather, NodeUse};
 use crate::solver::material::Material;
-use crate::solver::material::Turned;
+use crate::solver::material::RotatedLaw;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// Elements of a band for every thread: the answers of two bands stay in the cache next to it.
+/// Elements of a band for each thread: the matrices of two bands fit into the cache.
 const ELEMENTS_PER_THREAD: usize = 128;
-/// Elements evaluated, and nodes summed, by one task.
+/// Elements evaluated, and nodes assembled, by one task.
 const ELEMENTS_PER_TASK: usize = 16;
 const NODES_PER_TASK: usize = 32;
 
-/// Elements in bands.
+/// Partition of the elements into bands.
 #[derive(Debug)]
 pub(super) struct Bands {
     pub(in crate::solver) list: Vec<Band>,
-    /// Answers kept, a whole number of bands: that of an element is at its number modulo this.
-    pub(super) kept: usize,
+    /// Number of element matrices kept, a multiple of the band length. The matrix of an element is stored at its
+    /// number modulo this.
+    pub(super) stored: usize,
 }
 
-/// A run of elements and the nodes, in order, that no later one touches.
+/// A run of elements and the nodes, in order, that no later element touches.
 #[derive(Debug)]
 pub(in crate::solver) struct Band {
     pub(in crate::solver) elements: Range<usize>,
@@ -39,7 +41,7 @@ pub(in crate::solver) struct Band {
 }
 
 impl Bands {
-    /// For the threads there are, of a mesh whose elements around each node `gather` knows.
+    /// Bands for the current number of threads.
     pub(super) fn new(gather: &Gather, element_count: usize) -> Self {
         Self::of_length(gather, element_count, ELEMENTS_PER_THREAD * rayon::current_num_threads())
     }
@@ -51,20 +53,20 @@ impl Bands {
         let mut list: Vec<Band> = ends
             .map(|end| Band { elements: (end - 1) / length * length..end, nodes: Vec::new() })
             .collect();
-        let mut needed = length;
+        let mut stored_min = length;
         for node in 0..gather.use_ptr.len() - 1 {
             let around = gather.around(node);
             let [first, last] = [around.first(), around.last()]
                 .map(|one| one.map_or(0, |one: &NodeUse| one.element as usize));
             let Some(band) = list.get_mut(last / length) else { continue };
-            // A band takes the place of a whole one, however short it is.
-            needed = needed.max(band.elements.start + length - first);
+            // Each band has storage for a full band, however short it is.
+            stored_min = stored_min.max(band.elements.start + length - first);
             match band.nodes.last_mut() {
                 Some(run) if run.end == node && run.len() < NODES_PER_TASK => run.end += 1,
                 _ => band.nodes.push(node..node + 1),
             }
         }
-        Self { list, kept: needed.div_ceil(length) * length }
+        Self { list, stored: stored_min.div_ceil(length) * length }
     }
 }
 
@@ -86,7 +88,7 @@ impl Sums {
     }
 }
 
-/// What elements are evaluated from.
+/// Input of the element loop.
 pub(super) struct Elements<'a> {
     pub(super) mesh: &'a HexMesh,
     pub(super) kind: ElementKind,
@@ -95,14 +97,14 @@ pub(super) struct Elements<'a> {
     pub(super) material: &'a dyn Material,
     pub(super) axes: Option<&'a [Mat3]>,
     pub(super) history: &'a [f64],
-    /// Of an element's history, and of its points' in it.
-    pub(super) lengths: [usize; 2],
+    /// Length of the history of an element, and of its points' part.
+    pub(super) history_lengths: [usize; 2],
     pub(super) displacement: &'a [f64],
     pub(super) want: Want,
 }
 
 impl Elements<'_> {
-    /// Evaluates the elements from `first` on, each into its new history and its block.
+    /// Evaluates the elements from `first`; each writes its new history and its matrices.
     pub(in crate::solver) fn evaluate(
         &self,
         first: usize,
@@ -125,18 +127,18 @@ impl Elements<'_> {
         new_state: &mut [f64],
         block: &mut ElementMatrices,
     ) -> Result<(), ElementFailure> {
-        let [stride, point_len] = self.lengths;
+        let [stride, point_len] = self.history_lengths;
         let ids = self.mesh.elements[element];
         let nodes = ids.map(|node| self.mesh.nodes[node as usize]);
         let mut displacement = [0.0; DOFS];
         for (local, &node) in displacement.chunks_exact_mut(3).zip(&ids) {
             local.copy_from_slice(&self.displacement[3 * node as usize..3 * node as usize + 3]);
         }
-        let turned = self.axes.map(|axes| Turned::new(self.material, &axes[element]));
+        let rotated = self.axes.map(|axes| RotatedLaw::new(self.material, &axes[element]));
         let history = &self.history[element * stride..(element + 1) * stride];
         let (old_state, old_record) = history.split_at(point_len);
         let input = ElementInput {
-            material: turned.as_ref().map_or(self.material, |turned| turned),
+            material: rotated.as_ref().map_or(self.material, |rotated| rotated),
             nodes: &nodes,
             displacement: &displacement,
             old_state,
@@ -150,15 +152,15 @@ impl Elements<'_> {
     }
 }
 
-/// What elements answered, of those that nodes still need.
-pub(super) struct Answers<'a> {
+/// Element matrices that nodes still need.
+pub(super) struct Assembly<'a> {
     pub(super) gather: &'a Gather,
     pub(super) blocks: &'a [ElementMatrices],
     pub(super) want: Want,
 }
 
-impl Answers<'_> {
-    /// Sums forces and, if wanted, rows of the tangent of `nodes`.
+impl Assembly<'_> {
+    /// Assembles forces and, if requested, rows of the tangent of `nodes`.
     pub(in crate::solver) fn sum(&self, nodes: &[Range<usize>], out: &mut Evaluation) {
         let row_ptr = &self.gather.pattern.row_ptr;
         let with_tangent = self.want == Want::ResidualAndTangent;
@@ -166,10 +168,10 @@ impl Answers<'_> {
         let mut done = 0;
         let mut tasks = Vec::with_capacity(nodes.len());
         for run in nodes {
-            let force = take(&mut forces, 3 * (run.start - done), 3 * run.len());
+            let force = split_off(&mut forces, 3 * (run.start - done), 3 * run.len());
             let tangent = if with_tangent {
                 let [done, start, end] = [done, run.start, run.end].map(|node| row_ptr[3 * node]);
-                take(&mut rows, start - done, end - start)
+                split_off(&mut rows, start - done, end - start)
             } else {
                 Default::default()
             };
@@ -225,8 +227,8 @@ impl Answers<'_> {
     }
 }
 
-/// Takes `len` values off after `skipped` others.
-pub(super) fn take<'a>(rest: &mut &'a mut [f64], skipped: usize, len: usize) -> &'a mut [f64] {
+/// Splits off `len` values after `skipped` others.
+pub(super) fn split_off<'a>(rest: &mut &'a mut [f64], skipped: usize, len: usize) -> &'a mut [f64] {
     let (_, after) = std::mem::take(rest).split_at_mut(skipped);
     let (taken, after) = after.split_at_mut(len);
     *rest = after;
@@ -242,7 +244,7 @@ mod tests {
     use crate::solver::material::card;
     use crate::solver::sheet::hex_mesh::rectangle;
 
-    /// A sheet of 9 x 7 x 2 elements in the order `place` puts them in.
+    /// A sheet of 9 x 7 x 2 elements, renumbered by `place`.
     fn body(place: impl Fn(usize) -> usize, length: usize) -> Body {
         body_of(ElementKind::Hex8, place, length)
     }
@@ -254,9 +256,9 @@ mod tests {
         let steel = card::find("mild-steel-neto2012").unwrap().build(0.0).unwrap();
         let mut body = Body::new(mesh, kind, Arc::clone(&steel)).unwrap();
         let count = body.mesh.elements.len();
-        let built = body.built_mut();
-        built.bands = Bands::of_length(&built.gather, count, length);
-        built.blocks = vec![ElementMatrices::zero(); built.bands.kept];
+        let evaluation_data = body.evaluation_data_mut();
+        evaluation_data.bands = Bands::of_length(&evaluation_data.gather, count, length);
+        evaluation_data.blocks = vec![ElementMatrices::zero(); evaluation_data.bands.stored];
         body
     }
 
@@ -284,7 +286,8 @@ mod tests {
         }
     }
 
-    /// Modes go on from the last evaluation, so what comes after a failed one must not depend on where it stopped.
+    /// Modes continue from the last evaluation, so results after a failed evaluation must not depend on where it
+    /// stopped.
     #[test]
     fn after_an_element_has_failed_bands_of_any_length_go_on_alike() {
         for kind in [ElementKind::default(), ElementKind::Hex8Enhanced] {
@@ -298,7 +301,7 @@ mod tests {
                 };
                 let mut out = Evaluation::default();
                 let mut failing = bent(&body, 0.01);
-                // A corner of an element in the middle, pushed through the face opposite.
+                // A corner of an element in the middle, pushed through the opposite face.
                 let node = body.mesh.elements[60][0] as usize;
                 failing[3 * node + 2] += 5.0;
                 let failed = body.evaluate(&failing, Want::ResidualAndTangent, &mut out);
@@ -315,9 +318,9 @@ mod tests {
 
     #[test]
     fn only_as_many_answers_are_kept_as_rows_need() {
-        // A node's elements are 2 x 7 apart along x, and 3 next to each other.
-        assert_eq!(body(|e| e, 1).built().bands.kept, 18);
-        assert_eq!(body(|e| e, 16).built().bands.kept, 32);
-        assert_eq!(body(|e| 47 * e % 126, 16).built().bands.kept, 128);
+        // The elements of a node are 2 x 7 apart along x, and 3 adjacent.
+        assert_eq!(body(|e| e, 1).evaluation_data().bands.stored, 18);
+        assert_eq!(body(|e| e, 16).evaluation_data().bands.stored, 32);
+        assert_eq!(body(|e| 47 * e % 126, 16).evaluation_data().bands.stored, 128);
     }
 }

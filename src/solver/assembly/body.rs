@@ -1,4 +1,4 @@
-//! One deformable body: a mesh, its kind of element and its material.
+//! A deformable body: mesh, element formulation and material.
 
 use std::sync::{Arc, OnceLock};
 
@@ -13,11 +13,11 @@ use crate::solver::linear::pattern::{Gather, Pattern};
 use crate::solver::material::Material;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// Why a body could not be made or its state not be read.
+/// Invalid model of a body, or saved state that does not fit it.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BodyError {
-    /// An element is flat or inside out before anything moved.
+    /// An element is flat or inverted in the undeformed mesh.
     #[error(
         "element {element}: Jacobian determinant {det} mm³ in the undeformed mesh, must be above zero: repair the mesh"
     )]
@@ -40,10 +40,10 @@ pub enum BodyError {
     /// A solid-shell with too few or too many points through its thickness.
     #[error("{found} points through the thickness, a solid-shell takes 3 to 9")]
     BadPointCount {
-        /// Points asked for.
+        /// Number of points requested.
         found: u8,
     },
-    /// Saved state of another size.
+    /// Saved state of another model.
     #[error(
         "saved element state has {found} bytes, this model needs {expected}: it belongs to another model"
     )]
@@ -62,30 +62,30 @@ pub struct Body {
     pub(in crate::solver) kind: ElementKind,
     pub(in crate::solver) material: Arc<dyn Material>,
     pub(in crate::solver) thickness_rule: Vec<(f64, f64)>,
-    /// Of the material in each element, where they differ from element to element.
+    /// Material axes of each element if they differ between elements.
     pub(in crate::solver) axes: Option<Vec<Mat3>>,
-    /// What evaluation needs, about 9 kB an element: made when it is first asked for, so that a set-up can be judged before.
-    pub(in crate::solver) built: OnceLock<Built>,
+    /// Data for evaluation, about 9 kB per element. Allocated at first use, so that a model can be checked before.
+    pub(in crate::solver) evaluation_data: OnceLock<EvaluationData>,
 }
 
-/// What the evaluation of a body needs of its elements.
+/// Data for the evaluation of the elements.
 #[derive(Debug)]
-pub struct Built {
+pub struct EvaluationData {
     pub(super) gather: Gather,
-    /// Of the eight Gauss points of every undeformed element.
+    /// Gauss point geometry of every undeformed element.
     pub(in crate::solver) geometry: Vec<[PointGeometry; 8]>,
-    /// Converged history of each element: its points', then the record of its internal modes.
+    /// Converged history of each element: its points, then its further state variables.
     pub(in crate::solver) committed: Vec<f64>,
     pub(super) trial: Vec<f64>,
-    /// Logarithmic strains before the last commit, six a point; none where the material keeps no memory.
-    pub(in crate::solver) before: Vec<f64>,
+    /// Logarithmic strains before the last commit, six for each point; empty if the material needs no prediction.
+    pub(in crate::solver) previous_strains: Vec<f64>,
     pub(super) bands: Bands,
-    /// What elements answered last, of those whose rows are not summed yet.
+    /// Element matrices whose rows are not yet assembled.
     pub(super) blocks: Vec<ElementMatrices>,
 }
 
-/// History of so many elements before anything happened.
-pub fn virgin(elements: usize, kind: ElementKind, material: &dyn Material) -> Vec<f64> {
+/// Initial history of `elements` elements.
+pub fn initial_history(elements: usize, kind: ElementKind, material: &dyn Material) -> Vec<f64> {
     let (state_len, point_len) = (material.state_len(), kind.point_count() * material.state_len());
     let stride = point_len + kind.record_len();
     let mut history = vec![0.0; elements * stride];
@@ -98,8 +98,8 @@ pub fn virgin(elements: usize, kind: ElementKind, material: &dyn Material) -> Ve
     history
 }
 
-impl Built {
-    /// Of a mesh whose elements have been checked.
+impl EvaluationData {
+    /// For a mesh whose elements have been checked.
     pub(in crate::solver) fn new(
         mesh: &HexMesh,
         kind: ElementKind,
@@ -109,15 +109,16 @@ impl Built {
         let points = |nodes| {
             reference_points(&corners(nodes)).expect("elements are checked when the body is made")
         };
-        let committed = virgin(mesh.elements.len(), kind, material);
+        let committed = initial_history(mesh.elements.len(), kind, material);
         let gather = Gather::new(mesh.nodes.len(), &mesh.elements);
         let bands = Bands::new(&gather, mesh.elements.len());
-        let remembered = if material.memory().is_some() { 6 * kind.point_count() } else { 0 };
+        let strain_len =
+            if material.history_layout().is_some() { 6 * kind.point_count() } else { 0 };
         Self {
             geometry: mesh.elements.iter().map(points).collect(),
             trial: committed.clone(),
-            before: vec![0.0; mesh.elements.len() * remembered],
-            blocks: vec![ElementMatrices::zero(); bands.kept],
+            previous_strains: vec![0.0; mesh.elements.len() * strain_len],
+            blocks: vec![ElementMatrices::zero(); bands.stored],
             gather,
             committed,
             bands,
@@ -126,10 +127,10 @@ impl Built {
 }
 
 impl Body {
-    /// A body at rest with the virgin material.
+    /// A body in its undeformed state with the virgin material.
     ///
     /// # Errors
-    /// [`BodyError::BadNode`], [`BodyError::BadElement`].
+    /// [`BodyError::BadNode`], [`BodyError::BadElement`], [`BodyError::BadPointCount`].
     pub fn new(
         mesh: HexMesh,
         kind: ElementKind,
@@ -150,16 +151,24 @@ impl Body {
             return Err(BodyError::BadPointCount { found: points });
         }
         let thickness_rule = kind.thickness_rule();
-        Ok(Self { mesh, kind, material, thickness_rule, axes: None, built: OnceLock::new() })
+        Ok(Self {
+            mesh,
+            kind,
+            material,
+            thickness_rule,
+            axes: None,
+            evaluation_data: OnceLock::new(),
+        })
     }
 
-    pub(in crate::solver) fn built(&self) -> &Built {
-        self.built.get_or_init(|| Built::new(&self.mesh, self.kind, self.material.as_ref()))
+    pub(in crate::solver) fn evaluation_data(&self) -> &EvaluationData {
+        self.evaluation_data
+            .get_or_init(|| EvaluationData::new(&self.mesh, self.kind, self.material.as_ref()))
     }
 
-    pub(in crate::solver) fn built_mut(&mut self) -> &mut Built {
-        self.built();
-        self.built.get_mut().expect("made on the line above")
+    pub(in crate::solver) fn evaluation_data_mut(&mut self) -> &mut EvaluationData {
+        self.evaluation_data();
+        self.evaluation_data.get_mut().expect("made on the line above")
     }
 
     /// The mesh.
@@ -174,10 +183,10 @@ impl Body {
         self.kind
     }
 
-    /// Pattern of the tangent: three rows a node, symmetric, columns sorted.
+    /// Pattern of the tangent: three rows for each node, structurally symmetric, columns sorted.
     #[must_use]
     pub fn pattern(&self) -> &Pattern {
-        &self.built().gather.pattern
+        &self.evaluation_data().gather.pattern
     }
 
     /// Whether the tangent is symmetric.
@@ -188,14 +197,18 @@ impl Body {
 
     /// Volumes of the undeformed elements [mm³].
     pub fn volumes(&self) -> impl Iterator<Item = f64> {
-        self.built().geometry.iter().map(|points| points.iter().map(|point| point.weight).sum())
+        self.evaluation_data()
+            .geometry
+            .iter()
+            .map(|points| points.iter().map(|point| point.weight).sum())
     }
 
-    /// Forces, energies and (if wanted) tangent at `displacement` [mm] (three a node), from the last
-    /// committed history. The trial history is kept for [`Body::commit`].
+    /// Forces, energies and (if requested) tangent at `displacement` [mm] (three for each node), starting from the
+    /// last committed history. The trial history is kept for [`Body::commit`].
     ///
     /// # Errors
-    /// [`ElementFailure`] of the lowest-numbered element that failed; cut the increment. What is in `out` then is of no use.
+    /// [`ElementFailure`] of the failed element with the lowest number; the increment must be cut. `out` is then
+    /// undefined.
     pub fn evaluate(
         &mut self,
         displacement: &[f64],
@@ -205,21 +218,21 @@ impl Body {
         self.evaluate_elements(displacement, want, None, out)
     }
 
-    /// Makes the history of the last evaluation the converged one. Call it only after [`Body::evaluate`]
-    /// at the accepted displacement.
+    /// Makes the trial history of the last evaluation the converged one. Call it only after [`Body::evaluate`] at the
+    /// accepted displacement.
     pub fn commit(&mut self) {
-        self.keep_strains();
-        let Built { committed, trial, .. } = self.built_mut();
+        self.store_previous_strains();
+        let EvaluationData { committed, trial, .. } = self.evaluation_data_mut();
         committed.copy_from_slice(trial);
     }
 
-    /// Forgets everything since the last [`Body::commit`].
+    /// Discards all changes since the last [`Body::commit`].
     pub fn restore(&mut self) {
-        let Built { committed, trial, .. } = self.built_mut();
+        let EvaluationData { committed, trial, .. } = self.evaluation_data_mut();
         trial.copy_from_slice(committed);
     }
 
-    /// Stored values of an element.
+    /// Number of stored values of an element.
     pub(in crate::solver) fn stride(&self) -> usize {
         self.kind.point_count() * self.material.state_len() + self.kind.record_len()
     }

@@ -1,15 +1,15 @@
-//! Forces and tangent of a body: its elements band by band.
+//! Internal force and tangent of a body, assembled band by band.
 
-use super::bands::{Answers, Bands, Elements, Sums};
-use super::body::{Body, Built};
+use super::bands::{Assembly, Bands, Elements, Sums};
+use super::body::{Body, EvaluationData};
 use super::evaluation::{ElementFailure, Evaluation};
 use crate::solver::element::{ElementMatrices, Want};
 use crate::solver::linear::pattern::Gather;
 use crate::solver::material::Material;
 
 impl Body {
-    /// Evaluates all elements and sums what they answer: with the material about the committed history, or another law
-    /// about another.
+    /// Evaluates and assembles all elements: with the material and the committed history, or with another law and
+    /// history.
     pub(super) fn evaluate_elements(
         &mut self,
         displacement: &[f64],
@@ -18,9 +18,10 @@ impl Body {
         out: &mut Evaluation,
     ) -> Result<(), ElementFailure> {
         let stride = self.stride();
-        self.built();
-        let built = self.built.get_mut().expect("made on the line above");
-        let Built { gather, geometry, committed, trial, bands, blocks, .. } = built;
+        self.evaluation_data();
+        let evaluation_data = self.evaluation_data.get_mut().expect("made on the line above");
+        let EvaluationData { gather, geometry, committed, trial, bands, blocks, .. } =
+            evaluation_data;
         let (material, history) = other.unwrap_or((self.material.as_ref(), &committed[..]));
         let all = Elements {
             mesh: &self.mesh,
@@ -30,7 +31,7 @@ impl Body {
             material,
             axes: self.axes.as_deref(),
             history,
-            lengths: [stride, self.kind.point_count() * self.material.state_len()],
+            history_lengths: [stride, self.kind.point_count() * self.material.state_len()],
             displacement,
             want,
         };
@@ -44,10 +45,10 @@ impl Body {
 }
 
 impl Elements<'_> {
-    /// Evaluates the elements and sums what they answer, band by band.
+    /// Evaluates and assembles the elements band by band.
     ///
     /// # Errors
-    /// The first element of the first band that failed; sums are then not complete.
+    /// The first element of the first band that failed; the assembled quantities are then incomplete.
     fn evaluate_bands(
         &self,
         (gather, bands): (&Gather, &Bands),
@@ -56,11 +57,11 @@ impl Elements<'_> {
         out: &mut Evaluation,
     ) -> Result<(), ElementFailure> {
         let mut sums = Sums::default();
-        // An element's modes go on from where it was last evaluated: all are, whichever fails, as bands are as long as
-        // there are threads for them.
+        // The modes of an element continue from its last evaluation. All elements are therefore evaluated even after
+        // a failure, since the length of the bands depends on the number of threads.
         let mut failure = Ok(());
         for band in &bands.list {
-            let first = band.elements.start % bands.kept;
+            let first = band.elements.start % bands.stored;
             let own = &mut blocks[first..first + band.elements.len()];
             let done = self.evaluate(band.elements.start, &mut states[band.elements.clone()], own);
             failure = failure.and(done);
@@ -68,15 +69,15 @@ impl Elements<'_> {
                 continue;
             }
             own.iter().for_each(|block| sums.add(block));
-            let answers = Answers { gather, blocks, want: self.want };
-            answers.sum(&band.nodes, out);
+            let assembly = Assembly { gather, blocks, want: self.want };
+            assembly.sum(&band.nodes, out);
         }
         out.set_sums(sums);
         failure
     }
 }
 
-/// History of each element, `stride` values long.
+/// Histories of the elements, `stride` values each.
 fn states_of(trial: &mut [f64], elements: usize, stride: usize) -> Vec<&mut [f64]> {
     if stride == 0 {
         (0..elements).map(|_| <&mut [f64]>::default()).collect()
@@ -86,7 +87,7 @@ fn states_of(trial: &mut [f64], elements: usize, stride: usize) -> Vec<&mut [f64
 }
 
 impl Evaluation {
-    /// Takes over the sums over the elements.
+    /// Sets the sums over the elements.
     fn set_sums(&mut self, sums: Sums) {
         let Sums { elastic_energy, plastic_work, artificial_work, internal_residual } = sums;
         (self.elastic_energy, self.plastic_work) = (elastic_energy, plastic_work);

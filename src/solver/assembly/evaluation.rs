@@ -7,16 +7,16 @@ use crate::solver::element::FailureReason;
 pub struct Evaluation {
     /// Internal force by degree of freedom (`3 node + direction`) [N].
     pub internal_force: Vec<f64>,
-    /// Tangent values [N/mm] in the order of [`Body::pattern`]; untouched when only the residual is asked.
+    /// Tangent values [N/mm] in the order of [`Body::pattern`]; unchanged if only the residual is requested.
     pub tangent: Vec<f64>,
     /// Stored elastic energy [N mm].
     pub elastic_energy: f64,
-    /// Plastic work since the beginning [N mm].
+    /// Plastic work since the start [N mm].
     pub plastic_work: f64,
-    /// Work against what keeps fibres from tilting by turns under pressure, since the beginning [N mm].
+    /// Artificial (hourglass) energy since the start [N mm].
     pub artificial_work: f64,
-    /// Largest force [N] by which unconverged internal modes of an element disturb its nodal forces; zero for
-    /// elements without internal modes. A step is converged only when this is small too.
+    /// Largest nodal force [N] due to unconverged internal modes of an element; zero for elements without internal
+    /// modes. Equilibrium requires that it is small too.
     pub internal_residual: f64,
 }
 
@@ -26,7 +26,7 @@ pub struct Evaluation {
 pub struct ElementFailure {
     /// Element number.
     pub element: usize,
-    /// Material point inside it.
+    /// Material point inside the element.
     pub point: usize,
     /// Cause.
     pub reason: FailureReason,

@@ -1,32 +1,32 @@
-//! What a body is foreseen to be at the end of an increment: the strains of its points, carried on from the last ones.
+//! Prediction of the strains at the end of an increment by extrapolation of the last two increments.
 
 use std::sync::Arc;
 
-use super::body::{Body, Built};
+use super::body::{Body, EvaluationData};
 use super::evaluation::{ElementFailure, Evaluation};
 use crate::solver::element::Want;
 use crate::solver::material::Material;
 use crate::solver::material::at_yield::AtYield;
 use crate::solver::material::foreseen::Foreseen;
 
-/// How an increment is foreseen.
+/// Parameters of the prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Foresight {
     /// Length of the increment over that of the last one.
     pub factor: f64,
-    /// With elastic tangents: flow stays what is foreseen, however the strains change.
+    /// Use elastic tangents: plastic flow is then as predicted for any change of strain.
     pub stiff: bool,
 }
 
 impl Body {
-    /// Whether the material keeps what an increment can be foreseen from.
+    /// Whether the material stores the strains needed for a prediction.
     #[must_use]
     pub fn can_foresee(&self) -> bool {
-        self.material.memory().is_some()
+        self.material.history_layout().is_some()
     }
 
-    /// As [`Body::evaluate`] with the tangent, the law linear about the strains foreseen; of a material that keeps none, the
-    /// law itself. Not to be committed.
+    /// As [`Body::evaluate`] with tangent, for the law linearised at the predicted strains. A material that stores no
+    /// strains is evaluated without linearisation. The trial history must not be committed.
     ///
     /// # Errors
     /// As [`Body::evaluate`].
@@ -36,24 +36,25 @@ impl Body {
         foresight: Foresight,
         out: &mut Evaluation,
     ) -> Result<(), ElementFailure> {
-        let Some(memory) = self.material.memory() else {
+        let Some(history_layout) = self.material.history_layout() else {
             return self.evaluate(displacement, Want::ResidualAndTangent, out);
         };
         let Foresight { factor, stiff } = foresight;
-        let mut history = self.built().committed.clone();
-        let mut before = self.built().before.chunks_exact(6);
-        for point in self.strains_of(memory.strain) {
+        let mut history = self.evaluation_data().committed.clone();
+        let mut before = self.evaluation_data().previous_strains.chunks_exact(6);
+        for point in self.strain_indices(history_layout.strain) {
             let Some(before) = before.next() else { break };
             for (value, before) in history[point..point + 6].iter_mut().zip(before) {
                 *value += factor * (*value - before);
             }
         }
-        let law = Foreseen::new(Arc::clone(&self.material), &memory, stiff);
+        let law = Foreseen::new(Arc::clone(&self.material), &history_layout, stiff);
         let other: (&dyn Material, &[f64]) = (&law, &history);
         self.evaluate_elements(displacement, Want::ResidualAndTangent, Some(other), out)
     }
 
-    /// As [`Body::evaluate`] with the tangent, which is that of points at their yield surface that flow. Not to be committed.
+    /// As [`Body::evaluate`] with the plastic tangent at all points on the yield surface ([`AtYield`]). The trial
+    /// history must not be committed.
     ///
     /// # Errors
     /// As [`Body::evaluate`].
@@ -64,30 +65,30 @@ impl Body {
     ) -> Result<(), ElementFailure> {
         let law = self
             .material
-            .memory()
-            .and_then(|memory| AtYield::new(Arc::clone(&self.material), &memory));
+            .history_layout()
+            .and_then(|history_layout| AtYield::new(Arc::clone(&self.material), &history_layout));
         let Some(law) = law else {
             return self.evaluate(displacement, Want::ResidualAndTangent, out);
         };
-        let history = self.built().committed.clone();
+        let history = self.evaluation_data().committed.clone();
         self.evaluate_elements(displacement, Want::ResidualAndTangent, Some((&law, &history)), out)
     }
 
-    /// Keeps the strains of the last commit, before the next one.
-    pub(super) fn keep_strains(&mut self) {
-        let Some(memory) = self.material.memory() else { return };
-        let places = self.strains_of(memory.strain);
-        let Built { before, committed, .. } = self.built_mut();
-        for (kept, at) in before.chunks_exact_mut(6).zip(places) {
+    /// Stores the strains of the last commit before the next one.
+    pub(super) fn store_previous_strains(&mut self) {
+        let Some(history_layout) = self.material.history_layout() else { return };
+        let indices = self.strain_indices(history_layout.strain);
+        let EvaluationData { previous_strains, committed, .. } = self.evaluation_data_mut();
+        for (kept, at) in previous_strains.chunks_exact_mut(6).zip(indices) {
             kept.copy_from_slice(&committed[at..at + 6]);
         }
     }
 
-    /// Where the strains of all points begin in the committed history, when they begin at `place` in a point's.
-    fn strains_of(&self, place: usize) -> impl Iterator<Item = usize> + use<> {
+    /// Indices of the strains of all points in the committed history; `offset` is the index in the history of a point.
+    fn strain_indices(&self, offset: usize) -> impl Iterator<Item = usize> + use<> {
         let (stride, len) = (self.stride(), self.material.state_len());
         let (elements, points) = (self.mesh.elements.len(), self.kind.point_count());
-        (0..elements).flat_map(move |e| (0..points).map(move |p| e * stride + p * len + place))
+        (0..elements).flat_map(move |e| (0..points).map(move |p| e * stride + p * len + offset))
     }
 }
 
@@ -99,7 +100,7 @@ mod tests {
     use crate::solver::material::card;
     use crate::solver::sheet::hex_mesh::rectangle;
 
-    /// A sheet of 2 x 2 elements, stretched in proportion to `step` and turned by 0.1 rad with each: displacements.
+    /// Displacements of a sheet of 2 x 2 elements, stretched in proportion to `step` and rotated by 0.1 rad per step.
     fn stretched_and_turned(body: &Body, step: f64) -> Vec<f64> {
         let (s, c) = (0.1 * step).sin_cos();
         let turn = Mat3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c);
@@ -134,7 +135,7 @@ mod tests {
                 body.evaluate(&u, Want::ResidualAndTangent, &mut out).unwrap();
                 body.commit();
             }
-            // What is foreseen survives a checkpoint.
+            // The prediction is unchanged by a checkpoint.
             let saved = body.export_state();
             body = new();
             body.import_state(&saved).unwrap();
@@ -148,7 +149,8 @@ mod tests {
                 let off = largest_difference(&foreseen, &out);
                 assert!(off < 1e-9 * force, "{kind:?} {stiff}: {off} of {force}");
             }
-            // With another factor it is not what is there, and displacements carried on are farther off than the strains.
+            // Another factor gives another prediction; extrapolated displacements have a larger error than
+            // extrapolated strains.
             let foresight = Foresight { factor: 1.0, stiff: false };
             body.evaluate_foreseen(&next, foresight, &mut foreseen).unwrap();
             assert!(largest_difference(&foreseen, &out) > 1e-3 * force);

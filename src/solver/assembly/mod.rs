@@ -1,7 +1,7 @@
-//! A deformable body: mesh, element formulation, material and history; forces and tangent in CSR order.
+//! A deformable body: mesh, element formulation, material and history; internal force and tangent in CSR order.
 //!
-//! Elements are evaluated in parallel into their own blocks; every row then gathers its contributions in
-//! element order. The sums do not depend on the number of threads.
+//! Elements are evaluated in parallel into separate element matrices; each row then sums its contributions in element
+//! order. The sums do not depend on the number of threads.
 
 mod axes;
 mod bands;

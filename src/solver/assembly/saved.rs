@@ -1,34 +1,34 @@
-//! A body's history as bytes, for checkpoints.
+//! History of a body as bytes, for checkpoints.
 
-use super::body::{Body, BodyError, Built};
+use super::body::{Body, BodyError, EvaluationData};
 
 impl Body {
-    /// Bytes that [`Body::export_state`] takes for an element.
+    /// Size of [`Body::export_state`] for one element [bytes].
     #[must_use]
-    pub fn state_bytes_an_element(&self) -> usize {
-        let remembered =
-            if self.material.memory().is_some() { 6 * self.kind.point_count() } else { 0 };
-        8 * (self.stride() + remembered)
+    pub fn state_bytes_per_element(&self) -> usize {
+        let strain_len =
+            if self.material.history_layout().is_some() { 6 * self.kind.point_count() } else { 0 };
+        8 * (self.stride() + strain_len)
     }
 
-    /// The committed history and what it was foreseen from, as bytes (little-endian 64-bit numbers), for checkpoints.
+    /// Committed history and the strains needed for a prediction, as little-endian 64-bit numbers, for checkpoints.
     #[must_use]
     pub fn export_state(&self) -> Vec<u8> {
-        let Built { committed, before, .. } = self.built();
-        committed.iter().chain(before).flat_map(|value| value.to_le_bytes()).collect()
+        let EvaluationData { committed, previous_strains, .. } = self.evaluation_data();
+        committed.iter().chain(previous_strains).flat_map(|value| value.to_le_bytes()).collect()
     }
 
-    /// Takes a history written by [`Body::export_state`]; the next evaluation repeats to the bit.
+    /// Sets a history written by [`Body::export_state`]; the next evaluation is bit-identical.
     ///
     /// # Errors
-    /// [`BodyError::StateSize`] when the bytes belong to another model.
+    /// [`BodyError::StateSize`] if the bytes belong to another model.
     pub fn import_state(&mut self, bytes: &[u8]) -> Result<(), BodyError> {
-        let Built { committed, before, .. } = self.built_mut();
-        let expected = 8 * (committed.len() + before.len());
+        let EvaluationData { committed, previous_strains, .. } = self.evaluation_data_mut();
+        let expected = 8 * (committed.len() + previous_strains.len());
         if bytes.len() != expected {
             return Err(BodyError::StateSize { found: bytes.len(), expected });
         }
-        let all = committed.iter_mut().chain(before);
+        let all = committed.iter_mut().chain(previous_strains);
         for (value, chunk) in all.zip(bytes.chunks_exact(8)) {
             let mut raw = [0; 8];
             raw.copy_from_slice(chunk);

@@ -1,4 +1,4 @@
-//! What the points of an element have come to, in a few numbers.
+//! Element means of plastic strain and stress for output.
 
 use rayon::prelude::*;
 
@@ -8,47 +8,53 @@ use crate::solver::material::PointState;
 /// Plastic strain and stress of an element.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ElementState {
-    /// Means over its points, each by the volume that it stands for.
+    /// Volume-weighted means over the points.
     pub mean: PointState,
-    /// The largest equivalent plastic strain of a point.
+    /// Largest equivalent plastic strain of a point.
     pub largest_plastic_strain: f64,
 }
 
 impl Body {
-    /// The state of every element at the last commit; `None` for a material that keeps no history.
+    /// State of every element at the last commit; `None` for a material without history.
     #[must_use]
     pub fn element_states(&self) -> Option<Vec<ElementState>> {
         let len = self.material.state_len();
-        self.material.memory()?;
+        self.material.history_layout()?;
         let weights = self.point_weights();
         let state = |(element, history): (usize, &[f64])| {
             let points = history[..self.kind.point_count() * len].chunks_exact(len);
             let points = points.map(|point| self.material.point_state(point));
             match &weights {
-                Some(weights) => gathered(points.zip(weights.iter().copied())),
+                Some(weights) => weighted_mean(points.zip(weights.iter().copied())),
                 None => {
-                    let own = self.built().geometry[element].iter().map(|point| point.weight);
-                    gathered(points.zip(own))
+                    let own =
+                        self.evaluation_data().geometry[element].iter().map(|point| point.weight);
+                    weighted_mean(points.zip(own))
                 }
             }
         };
-        self.built().committed.par_chunks_exact(self.stride()).enumerate().map(state).collect()
+        self.evaluation_data()
+            .committed
+            .par_chunks_exact(self.stride())
+            .enumerate()
+            .map(state)
+            .collect()
     }
 }
 
-/// Means of points by their weights.
-fn gathered(points: impl Iterator<Item = (Option<PointState>, f64)>) -> Option<ElementState> {
-    let (mut out, mut whole) = (ElementState::default(), 0.0);
+/// Weighted means of the points.
+fn weighted_mean(points: impl Iterator<Item = (Option<PointState>, f64)>) -> Option<ElementState> {
+    let (mut out, mut weight_sum) = (ElementState::default(), 0.0);
     for (point, weight) in points {
         let point = point?;
-        whole += weight;
+        weight_sum += weight;
         out.mean.plastic_strain += weight * point.plastic_strain;
         out.mean.equivalent_stress += weight * point.equivalent_stress;
         out.mean.pressure += weight * point.pressure;
         out.largest_plastic_strain = out.largest_plastic_strain.max(point.plastic_strain);
     }
     let PointState { plastic_strain, equivalent_stress, pressure } = &mut out.mean;
-    [plastic_strain, equivalent_stress, pressure].into_iter().for_each(|sum| *sum /= whole);
+    [plastic_strain, equivalent_stress, pressure].into_iter().for_each(|sum| *sum /= weight_sum);
     Some(out)
 }
 
@@ -60,7 +66,7 @@ mod tests {
     use crate::solver::material::card;
     use crate::solver::sheet::hex_mesh::rectangle;
 
-    /// One element of steel whose rolling direction lies at `angle`, strained in `steps`; its curvature along x [1/mm].
+    /// One element of steel with its rolling direction at `angle`, strained in `steps`; `curvature` along x [1/mm].
     fn strained(kind: ElementKind, angle: f64, curvature: f64, steps: [f64; 3]) -> ElementState {
         let steel = card::find("mild-steel-neto2012").unwrap().build(angle).unwrap();
         let mut body = Body::new(rectangle(2.0, 2.0, 0.8, 1, 1, 1), kind, steel).unwrap();

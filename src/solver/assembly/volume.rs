@@ -1,86 +1,94 @@
-//! Volume of the sheet: that of its nodes against what the elastic strains of its points leave, and whether each element has one.
+//! Volume balance of the sheet (nodal volume against elastic volume strain), and check for inverted elements.
 
 use rayon::prelude::*;
 
 use super::body::Body;
 use super::evaluation::ElementFailure;
 use crate::solver::element::{FailureReason, PointGeometry};
-use crate::solver::material::Memory;
+use crate::solver::material::HistoryLayout;
 
 impl Body {
-    /// Volume that does not balance, as a share of the undeformed volume: plastic flow keeps the volume, so an element at
-    /// `displacement` has the volume `∫ exp tr(E - Ep) dV` of its points' elastic strains (of the last commit). Summed over
-    /// the elements without regard to sign. `None` for a material that keeps no strains.
+    /// Volume error as a fraction of the undeformed volume. Plastic flow is isochoric, so an element at
+    /// `displacement` has the volume `∫ exp tr(E - Ep) dV` with the elastic strains of the last commit. Absolute
+    /// differences are summed over the elements. `None` for a material that stores no strains.
     #[must_use]
     pub fn volume_balance(&self, displacement: &[f64]) -> Option<f64> {
-        let memory = self.material.memory()?;
+        let history_layout = self.material.history_layout()?;
         let (stride, len) = (self.stride(), self.material.state_len());
         let point_len = self.kind.point_count() * len;
         let weights = self.point_weights();
-        let off = |element: usize| {
-            let points = &self.built().geometry[element];
-            let states = &self.built().committed[element * stride..element * stride + point_len];
+        let volume_error = |element: usize| {
+            let points = &self.evaluation_data().geometry[element];
+            let states =
+                &self.evaluation_data().committed[element * stride..element * stride + point_len];
             let undeformed: f64 = points.iter().map(|point| point.weight).sum();
             let elastic: f64 = match &weights {
-                Some(weights) => undeformed * elastic_ratio(states, len, &memory, weights),
+                Some(weights) => undeformed * elastic_ratio(states, len, &history_layout, weights),
                 None => {
-                    let own = points.each_ref().map(|point| point.weight);
-                    elastic_ratio(states, len, &memory, &own)
+                    let undeformed = points.each_ref().map(|point| point.weight);
+                    elastic_ratio(states, len, &history_layout, &undeformed)
                 }
             };
-            [(self.present_volume(element, displacement) - elastic).abs(), undeformed]
+            [(self.current_volume(element, displacement) - elastic).abs(), undeformed]
         };
-        // Collected in order, so that the sum is the same for any number of threads.
-        let each: Vec<[f64; 2]> = (0..self.mesh.elements.len()).into_par_iter().map(off).collect();
-        let [off, all] = each.iter().fold([0.0; 2], |[a, b], [off, all]| [a + off, b + all]);
-        Some(off / all)
+        // Collected in order, so that the sum does not depend on the number of threads.
+        let each: Vec<[f64; 2]> =
+            (0..self.mesh.elements.len()).into_par_iter().map(volume_error).collect();
+        let [volume_error, all] =
+            each.iter().fold([0.0; 2], |[a, b], [volume_error, all]| [a + volume_error, b + all]);
+        Some(volume_error / all)
     }
 
-    /// Whether every element is as its nodes were numbered: has a volume over each of the four Gauss points of its plane, between
-    /// its faces. Strains that are measured by lengths, as those of a solid-shell, are as sound in one that is turned over.
+    /// Checks that every element has a positive volume over each of its four in-plane Gauss points. Strains of a
+    /// solid-shell are computed from lengths and do not detect an inverted element.
     ///
     /// # Errors
-    /// [`FailureReason::Inverted`] for the lowest-numbered element that has none.
+    /// [`FailureReason::Inverted`] for the lowest-numbered inverted element.
     pub fn not_inside_out(&self, displacement: &[f64]) -> Result<(), ElementFailure> {
-        let least = |element: usize| {
+        let smallest_ratio = |element: usize| {
             let (points, moved) =
-                (&self.built().geometry[element], self.moved(element, displacement));
+                (&self.evaluation_data().geometry[element], self.moved(element, displacement));
             let over = |place: usize| {
                 let pair = [&points[place], &points[place + 4]];
-                let [volume, own] = pair.iter().fold([0.0; 2], |[volume, own], point| {
-                    [volume + point.weight * volume_ratio(point, &moved), own + point.weight]
-                });
-                (place, volume / own)
+                let [volume, undeformed] =
+                    pair.iter().fold([0.0; 2], |[volume, undeformed], point| {
+                        [
+                            volume + point.weight * volume_ratio(point, &moved),
+                            undeformed + point.weight,
+                        ]
+                    });
+                (place, volume / undeformed)
             };
             (0..4).map(over).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
         };
         let elements = (0..self.mesh.elements.len()).into_par_iter();
-        let turned = elements.map(|k| (k, least(k))).find_first(|(_, (_, ratio))| *ratio <= 0.0);
-        turned.map_or(Ok(()), |(element, (point, ratio))| {
+        let inverted =
+            elements.map(|k| (k, smallest_ratio(k))).find_first(|(_, (_, ratio))| *ratio <= 0.0);
+        inverted.map_or(Ok(()), |(element, (point, ratio))| {
             Err(ElementFailure { element, point, reason: FailureReason::Inverted { ratio } })
         })
     }
 
-    /// Shares of an element's volume that its points stand for; `None` where its Gauss points say it.
+    /// Volume fractions of the points of an element; `None` if its Gauss points define them.
     pub(super) fn point_weights(&self) -> Option<Vec<f64>> {
-        let through = self.kind.point_count() / 4;
-        let whole: f64 = self.thickness_rule.iter().map(|(_, weight)| weight).sum();
+        let layers = self.kind.point_count() / 4;
+        let weight_sum: f64 = self.thickness_rule.iter().map(|(_, weight)| weight).sum();
         (!self.thickness_rule.is_empty()).then(|| {
-            let rule = self.thickness_rule.iter().map(|(_, weight)| weight / (4.0 * whole));
-            rule.cycle().take(4 * through).collect()
+            let rule = self.thickness_rule.iter().map(|(_, weight)| weight / (4.0 * weight_sum));
+            rule.cycle().take(4 * layers).collect()
         })
     }
 
-    /// Volume of an element at `displacement` [mm³].
-    fn present_volume(&self, element: usize, displacement: &[f64]) -> f64 {
+    /// Current volume of an element at `displacement` [mm³].
+    fn current_volume(&self, element: usize, displacement: &[f64]) -> f64 {
         let moved = self.moved(element, displacement);
-        self.built().geometry[element]
+        self.evaluation_data().geometry[element]
             .iter()
             .map(|point| point.weight * volume_ratio(point, &moved))
             .sum()
     }
 
-    /// Displacements of an element's nodes [mm].
+    /// Nodal displacements of an element [mm].
     fn moved(&self, element: usize, displacement: &[f64]) -> [[f64; 3]; 8] {
         self.mesh.elements[element].map(|node| {
             let at = 3 * node as usize;
@@ -102,10 +110,17 @@ fn volume_ratio(point: &PointGeometry, moved: &[[f64; 3]; 8]) -> f64 {
     f.determinant()
 }
 
-/// `Σ w exp tr(E - Ep)` over the points of an element, whose histories of `len` values follow one another.
-fn elastic_ratio(states: &[f64], len: usize, memory: &Memory, weights: &[f64]) -> f64 {
+/// `Σ w exp tr(E - Ep)` over the points of an element with contiguous histories of `len` values.
+fn elastic_ratio(
+    states: &[f64],
+    len: usize,
+    history_layout: &HistoryLayout,
+    weights: &[f64],
+) -> f64 {
     let trace = |state: &[f64], at: usize| state[at..at + 3].iter().sum::<f64>();
-    let ratio = |state: &[f64]| (trace(state, memory.strain) - trace(state, memory.plastic)).exp();
+    let ratio = |state: &[f64]| {
+        (trace(state, history_layout.strain) - trace(state, history_layout.plastic)).exp()
+    };
     states.chunks_exact(len).zip(weights).map(|(state, weight)| weight * ratio(state)).sum()
 }
 
@@ -117,8 +132,8 @@ mod tests {
     use crate::solver::material::card;
     use crate::solver::sheet::hex_mesh::rectangle;
 
-    /// Volume that does not balance in a sheet of 3 x 3 elements, pulled by 10 % along x as `width` and `thickness` say
-    /// and sheared unevenly.
+    /// Volume error of a sheet of 3 x 3 elements, elongated by 10 % along x with the given `width` and `thickness`
+    /// strains, and sheared non-uniformly.
     fn balance(kind: ElementKind, card_name: &str, [width, thickness]: [f64; 2]) -> f64 {
         let steel = card::find(card_name).unwrap().build(0.3).unwrap();
         let mut body = Body::new(rectangle(6.0, 6.0, 0.8, 3, 3, 1), kind, steel).unwrap();
@@ -145,7 +160,7 @@ mod tests {
         let shell = ElementKind::SolidShell { points: 5, membrane: true };
         let body = Body::new(rectangle(6.0, 6.0, 0.8, 3, 3, 1), shell, steel).unwrap();
         let drawn = |share: f64| -> Vec<f64> {
-            // The corner of the blank, both its nodes, towards the other end of the diagonal of its element.
+            // Both nodes at the corner of the blank move towards the opposite corner of the element.
             let moved = |x: &crate::geometry::Vec3| {
                 let corner = f64::from(x.x > 5.9 && x.y > 5.9);
                 [-2.0 * share * corner, -2.0 * share * corner, 0.0]
@@ -158,7 +173,7 @@ mod tests {
         assert_eq!(failure.element, 8);
         let FailureReason::Inverted { ratio } = failure.reason else { panic!("{failure}") };
         assert!((ratio + 0.0094).abs() < 1e-3, "{ratio}");
-        // Turned over as a whole.
+        // Inverted as a whole.
         let over: Vec<f64> =
             body.mesh().nodes.iter().flat_map(|x| [0.0, 0.0, -2.0 * x.z]).collect();
         assert_eq!(body.not_inside_out(&over).unwrap_err().element, 0);
@@ -166,11 +181,11 @@ mod tests {
 
     #[test]
     fn plastic_flow_keeps_the_volume_of_elements_with_mean_dilatation() {
-        // The second one is squeezed by 3 % of its volume, all of which is elastic.
+        // The second element is compressed by 3 % of its volume, elastically.
         for way in [[-0.045, -0.05], [-0.045, -0.08]] {
             for card in ["mild-steel-neto2012", "aa2090-t3-barlat2005"] {
-                let off = balance(ElementKind::Hex8, card, way);
-                assert!(off < 1e-13, "{card} {way:?}: {off}");
+                let volume_error = balance(ElementKind::Hex8, card, way);
+                assert!(volume_error < 1e-13, "{card} {way:?}: {volume_error}");
             }
         }
     }
@@ -179,8 +194,8 @@ mod tests {
     fn assumed_strains_balance_the_volume_as_well_as_they_fit_the_nodes() {
         let shell = ElementKind::SolidShell { points: 5, membrane: true };
         for kind in [ElementKind::Hex8Enhanced, shell] {
-            let off = balance(kind, "mild-steel-neto2012", [-0.045, -0.05]);
-            assert!(off < 5e-3, "{kind:?}: {off}");
+            let volume_error = balance(kind, "mild-steel-neto2012", [-0.045, -0.05]);
+            assert!(volume_error < 5e-3, "{kind:?}: {volume_error}");
         }
     }
 }

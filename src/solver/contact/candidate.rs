@@ -1,5 +1,5 @@
-//! Which nodes may touch which tools, where, and since when; the conditions they then obey are in
-//! [`super::condition`].
+//! Contact candidates: pairs of node and tool, with foot point, slip anchor and history. The contact conditions are
+//! in [`super::condition`].
 
 use rayon::prelude::*;
 
@@ -9,48 +9,49 @@ use crate::geometry::Vec3;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::tools::tool::Tool;
 
-/// A node and a tool it may touch.
+/// A node and a tool with which it may come into contact.
 #[derive(Debug, Clone)]
 pub(in crate::solver) struct Candidate {
     pub(in crate::solver) node: usize,
     pub(in crate::solver) tool: usize,
     pub(in crate::solver) active: bool,
-    /// It touched in this very iteration.
-    pub(in crate::solver) fresh: bool,
-    /// Times its foot changed patches in this increment while it touched.
-    pub(in crate::solver) swings: u32,
-    /// It slid in the last iteration (a node that has just touched counts as sliding).
+    /// The node came into contact in this iteration.
+    pub(in crate::solver) newly_active: bool,
+    /// Changes of patch of the foot point in this increment while in contact.
+    pub(in crate::solver) patch_changes: u32,
+    /// The node slid in the last iteration; a node that has just come into contact counts as sliding.
     pub(in crate::solver) sliding: bool,
     pub(in crate::solver) foot: Projection,
-    /// How far the node lies past the tool's border, along the surface, over what a touching node may [1].
+    /// Distance of the node past the border of the tool, along the surface, over the tolerance for nodes in contact
+    /// [1].
     pub(in crate::solver) overshoot: f64,
-    /// Where the node was at the last converged increment, in the tool's frame; `None` while the tool was not there.
+    /// Position at the last converged increment in the frame of the tool; `None` if the tool was absent.
     pub(in crate::solver) before: Option<Vec3>,
-    /// It touched at the last converged increment.
+    /// The node was in contact at the last converged increment.
     touched: bool,
-    /// Foot at the last converged increment, in the tool's frame; of a node that did not touch then, the foot it has when it
-    /// comes to touch, back along the tool by what they have moved past each other.
+    /// Foot point at the last converged increment in the frame of the tool. For a node without contact then: its foot
+    /// point at first contact, shifted back along the tool by the relative displacement.
     pub(in crate::solver) start: Vec3,
-    /// Where friction measures slip from: `start`, less the slip that the law still remembers.
+    /// Reference point of the slip: `start` minus the slip that friction remembers.
     pub(in crate::solver) anchor: Vec3,
-    /// Tangential force over the normal one at the last balance.
-    pub(in crate::solver) rubbed: Vec3,
-    /// Force of the tool that friction is linearised about, if not the one of the iterate.
+    /// Ratio of tangential to normal force at the last equilibrium.
+    pub(in crate::solver) friction_ratio: Vec3,
+    /// Tool force about which friction is linearised, if not the force of the iterate.
     pub(in crate::solver) expected: Option<Expected>,
-    /// Force at which the spring of an augmented method has no length [N].
+    /// Multiplier of the augmented Lagrangian method: force at which its spring is unstretched [N].
     pub(in crate::solver) push: f64,
 }
 
-/// A force of a tool on a node, as expected before equilibrium says what it is [N].
+/// Estimate of the force of a tool on a node before equilibrium is reached [N].
 #[derive(Debug, Clone, Copy)]
 pub(in crate::solver) enum Expected {
-    /// That of the last balance; friction goes with the slip.
+    /// Force of the last equilibrium, of which the normal part is used; friction follows from the slip.
     AsLast(Vec3),
-    /// What the last correction foretold.
+    /// Force predicted by the last correction.
     Foretold(Vec3),
 }
 
-/// What a restored increment needs of a candidate.
+/// State of a candidate in a saved increment.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(in crate::solver) struct SavedContact {
     active: bool,
@@ -63,7 +64,7 @@ pub(in crate::solver) struct SavedContact {
     force: Force,
 }
 
-/// Force of a tool on a node, across its surface and along it [N]; zero where they do not touch.
+/// Normal and tangential force of a tool on a node [N]; zero without contact.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(in crate::solver) struct Force {
     normal: [f64; 3],
@@ -87,29 +88,29 @@ impl Force {
         self.tangential.into()
     }
 
-    /// Tangential force over the normal one.
-    fn rubbing(&self) -> Vec3 {
+    /// Ratio of tangential to normal force.
+    fn friction_ratio(&self) -> Vec3 {
         let normal = self.normal().norm();
         if normal > 0.0 { self.tangential() / normal } else { Vec3::zeros() }
     }
 }
 
-/// All candidates, by node and tool.
+/// All candidates, sorted by node and tool.
 #[derive(Debug, Clone)]
 pub(in crate::solver) struct ContactSet {
     pub(in crate::solver) candidates: Vec<Candidate>,
     saved: Vec<SavedContact>,
 }
 
-/// How far past a tool's border a touching node goes on touching, over the reach of the search. Without it a node at
-/// the very border, where sheet and tool often end together, would be lost and found for ever.
+/// Distance past the border of a tool, over the search radius, up to which a node stays in contact. Without this
+/// tolerance, contact of a node on the border (where sheet and tool often end together) would alternate.
 const OVERHANG_REL: f64 = 0.05;
 
-/// Changes of patch in an increment after which a touching node stays on its patch.
-const MAX_PATCH_CHANGES: u32 = 3;
+/// Patch changes in an increment after which a node in contact is projected onto its current patch only.
+const PATCH_CHANGES_MAX: u32 = 3;
 
 impl SavedContact {
-    /// That of a node that has not touched its tool yet.
+    /// Initial state: no contact so far.
     fn untouched() -> Self {
         Self {
             active: false,
@@ -125,14 +126,14 @@ impl SavedContact {
 }
 
 impl Candidate {
-    /// A node that has not touched the tool yet.
+    /// Initial state: no contact so far.
     fn untouched(node: usize, tool: usize) -> Self {
         Self {
             node,
             tool,
             active: false,
-            fresh: false,
-            swings: 0,
+            newly_active: false,
+            patch_changes: 0,
             sliding: true,
             foot: Projection::nowhere(),
             overshoot: 0.0,
@@ -140,57 +141,59 @@ impl Candidate {
             touched: false,
             start: Vec3::zeros(),
             anchor: Vec3::zeros(),
-            rubbed: Vec3::zeros(),
+            friction_ratio: Vec3::zeros(),
             expected: None,
             push: 0.0,
         }
     }
 
-    /// Projects anew, as far as `reach` [mm] and what node and tool have moved past each other since the last balance, so that
-    /// no step takes one through the other unseen. A touching node
-    /// that swings between two patches, whose normals never agree quite, is held to the last one, carried on smoothly, until the increment is done.
+    /// Updates the foot point. The search radius is `reach` [mm] plus the relative displacement since the last
+    /// equilibrium, so that no step passes the node through the tool undetected. The normals of two patches differ
+    /// slightly at their common side. A node in contact that alternates between them is projected onto the smooth
+    /// extension of the last patch until the end of the increment.
     fn follow(&mut self, x: &Vec3, tool: &Tool, reach: f64) {
         if self.active
-            && self.swings >= MAX_PATCH_CHANGES
+            && self.patch_changes >= PATCH_CHANGES_MAX
             && let Some(foot) = tool.extended_projection(x, &self.foot)
         {
             self.foot = foot;
             return;
         }
         let hint = (self.foot.patch != u32::MAX).then_some(self.foot.patch);
-        let foot = tool.within(x, hint, reach + self.way(x, tool).norm());
-        self.swings += u32::from(self.active && foot.patch != self.foot.patch);
+        let foot = tool.within(x, hint, reach + self.relative_displacement(x, tool).norm());
+        self.patch_changes += u32::from(self.active && foot.patch != self.foot.patch);
         self.foot = foot;
         if !self.active && !self.touched {
-            let way = self.way(x, tool);
-            self.start = foot.point - (way - foot.normal * foot.normal.dot(&way));
+            let relative_displacement = self.relative_displacement(x, tool);
+            self.start = foot.point
+                - (relative_displacement - foot.normal * foot.normal.dot(&relative_displacement));
             self.anchor = self.start;
         }
         self.overshoot = if foot.past_border {
-            let off = x - tool.shift() - foot.point;
-            (off - foot.normal * foot.normal.dot(&off)).norm() / (OVERHANG_REL * reach)
+            let offset = x - tool.shift() - foot.point;
+            (offset - foot.normal * foot.normal.dot(&offset)).norm() / (OVERHANG_REL * reach)
         } else {
             0.0
         };
     }
 
-    /// How node and tool have moved past each other since the last balance [mm]; not at all where there is none.
-    pub(in crate::solver) fn way(&self, x: &Vec3, tool: &Tool) -> Vec3 {
+    /// Displacement of the node relative to the tool since the last equilibrium [mm]; zero without one.
+    pub(in crate::solver) fn relative_displacement(&self, x: &Vec3, tool: &Tool) -> Vec3 {
         self.before.map_or_else(Vec3::zeros, |before| x - tool.shift() - before)
     }
 
-    /// The part of the slip that goes back when the force does: as far as it rises by it. Without it a node that sticks would creep by about the
-    /// transition in every increment, to be held anew.
-    fn remembered(&self, transition: f64) -> Vec3 {
+    /// Elastic part of the slip, which is recovered when the force is removed; at most the length over which friction
+    /// rises. Without it a sticking node would creep by about the transition length in every increment.
+    fn elastic_slip(&self, transition: f64) -> Vec3 {
         let from_anchor = self.foot.point - self.anchor;
         let slip = from_anchor - self.foot.normal * self.foot.normal.dot(&from_anchor);
-        let (size, most) = (slip.norm(), COULOMB_SLIP_RATIO * transition);
-        if size > most { slip * (most / size) } else { slip }
+        let (size, elastic_max) = (slip.norm(), COULOMB_SLIP_RATIO * transition);
+        if size > elastic_max { slip * (elastic_max / size) } else { slip }
     }
 }
 
 impl ContactSet {
-    /// Candidates for every tool: the nodes of the faces it may touch.
+    /// Candidates of every tool: the nodes of the faces it may touch.
     pub(in crate::solver) fn new(mesh: &HexMesh, tools: &[Tool]) -> Self {
         let mut pairs: Vec<(usize, usize)> = Vec::new();
         for (tool, t) in tools.iter().enumerate() {
@@ -204,7 +207,8 @@ impl ContactSet {
         Self { candidates, saved }
     }
 
-    /// Closest points of all candidates of tools that are present, as far as `reach` [mm] beyond what they have moved.
+    /// Updates the foot points of all candidates of tools that are `present`. The search radius is `reach` [mm] plus
+    /// the relative displacement.
     pub(in crate::solver) fn search(
         &mut self,
         x: &[Vec3],
@@ -219,29 +223,29 @@ impl ContactSet {
         });
     }
 
-    /// Makes the present feet those that the next increment starts from, of nodes at `x` and tools that are `present`;
-    /// friction with this `transition` [mm] and these forces at the candidates [N], of which `least` is none: without a force
-    /// nothing remembers the slip.
+    /// Makes the current foot points the reference of the next increment. Friction has the given `transition` [mm]
+    /// and `forces` at the candidates [N]. Forces up to `force_min` count as zero; without a force no slip is remembered.
     pub(in crate::solver) fn commit(
         &mut self,
         x: &[Vec3],
         (tools, present): (&[Tool], &[bool]),
         transition: f64,
         forces: &[Force],
-        least: f64,
+        force_min: f64,
     ) {
         let candidates = self.candidates.iter_mut().zip(&mut self.saved);
         for ((c, saved), &force) in candidates.zip(forces) {
             c.before = present[c.tool].then(|| x[c.node] - tools[c.tool].shift());
             c.touched = c.active;
             c.start = c.foot.point;
-            let pushed = force.normal().norm() > least;
-            let goes_on = c.active && saved.active && pushed;
-            let kept = if goes_on { c.remembered(transition) } else { Vec3::zeros() };
-            c.anchor = c.start - kept;
-            c.rubbed = force.rubbing();
-            c.fresh = false;
-            c.swings = 0;
+            let is_loaded = force.normal().norm() > force_min;
+            let remains_loaded = c.active && saved.active && is_loaded;
+            let remembered_slip =
+                if remains_loaded { c.elastic_slip(transition) } else { Vec3::zeros() };
+            c.anchor = c.start - remembered_slip;
+            c.friction_ratio = force.friction_ratio();
+            c.newly_active = false;
+            c.patch_changes = 0;
             *saved = SavedContact {
                 active: c.active,
                 sliding: c.sliding,
@@ -255,7 +259,7 @@ impl ContactSet {
         }
     }
 
-    /// Whether each candidate touched at the last commit, and with which force.
+    /// Contact state and force of each candidate at the last commit.
     pub(in crate::solver) fn before(&self) -> impl Iterator<Item = (bool, Force)> {
         self.saved.iter().map(|saved| (saved.active, saved.force))
     }
@@ -265,7 +269,7 @@ impl ContactSet {
         &self.saved
     }
 
-    /// Takes over states saved by the same set-up; false when they are of another.
+    /// Sets states saved by the same model; returns false if the number of candidates differs.
     pub(in crate::solver) fn resume(&mut self, saved: &[SavedContact]) -> bool {
         if saved.len() != self.candidates.len() {
             return false;
@@ -275,7 +279,7 @@ impl ContactSet {
         true
     }
 
-    /// Takes back the states of the last commit.
+    /// Restores the states of the last commit.
     pub(in crate::solver) fn restore(&mut self) {
         for (c, saved) in self.candidates.iter_mut().zip(&self.saved) {
             c.active = saved.active;
@@ -285,14 +289,14 @@ impl ContactSet {
             c.touched = saved.active;
             c.start = saved.start.into();
             c.anchor = saved.anchor.into();
-            c.rubbed = saved.force.rubbing();
+            c.friction_ratio = saved.force.friction_ratio();
             c.push = saved.push;
-            c.fresh = false;
-            c.swings = 0;
+            c.newly_active = false;
+            c.patch_changes = 0;
         }
     }
 
-    /// Nodes in contact, and of one tool.
+    /// Candidates in contact with their indices.
     pub(in crate::solver) fn active(&self) -> impl Iterator<Item = (usize, &Candidate)> {
         self.candidates.iter().enumerate().filter(|(_, c)| c.active)
     }

@@ -1,5 +1,5 @@
-//! Node to smooth rigid tool: the conditions a touching node puts in the place of its equilibrium. Exact, no penalty; the
-//! multiplier is what its equilibrium leaves over.
+//! Contact conditions of a node on a smooth rigid tool; they replace its equilibrium equations. They are exact (no
+//! penalty): the multiplier is the residual of equilibrium.
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -10,14 +10,16 @@
 //! | `h` | curvature of the surface through `p` parallel to the tool: `dn = -h dp` |
 //! | `s` | slip `P (p - anchor)` |
 //!
-//! A touching node's equations are `g = 0` along the normal and `R_t = 0` across it, where `R_t = k s` while it sticks and
-//! Coulomb's residual while it slips; as one vector `k g n + R_t`. They are linearised one by one,
-//! `k n dg + P dR_t + residual = 0`, which is `A K du + B dp + residual = 0` with the node's rows `K` of the tangent: the
-//! pattern of the mesh is kept. What the turning normal does to the vector's length, `k g dn` and `n (n . dR_t)`, is left
-//! out: a node that has yet to come to the tool would have to glide by it, by as much as `k` says.
+//! The equations of a node in contact are `g = 0` along the normal and `R_t = 0` in the tangent plane. `R_t = k s`
+//! for stick and the Coulomb residual for slip; in vector form `k g n + R_t = 0`. The linearisation is
+//! `k n dg + P dR_t + residual = 0`, i.e. `A K du + B dp + residual = 0` with the rows `K` of the tangent at the
+//! node, so the pattern of the mesh is preserved.
 //!
-//! To compare, a spring may stand between node and tool ([`crate::solver::limits::ContactMethod`]): `g` is then
-//! `g + (lambda - push) / stiffness`, with the force `push` known from outside (zero for a penalty).
+//! The terms `k g dn` and `n (n . dR_t)` due to the rotation of the normal are omitted. They would make a node that
+//! has not reached the tool slide by an amount proportional to `k`.
+//!
+//! For comparison a spring may be placed between node and tool ([`crate::solver::limits::ContactMethod`]). `g` is
+//! then `g + (lambda - push) / stiffness` with a given force `push` (zero for the penalty method).
 
 use super::candidate::{Candidate, Expected};
 use super::frame::{Frame, Scales, frame};
@@ -25,33 +27,33 @@ use super::held_friction::HeldFriction;
 use crate::contact::friction::{COULOMB_SLIP_RATIO, Coulomb, FrictionPoint, Slip};
 use crate::geometry::{Mat3, Vec3};
 
-/// The conditions of one node: `a` acts on its rows of the tangent, `b` on its own displacement.
+/// Conditions of one node: `a` multiplies its rows of the tangent, `b` its displacement.
 #[derive(Debug, Clone)]
 pub(in crate::solver) struct Condition {
     pub(in crate::solver) node: usize,
-    /// Touching candidate, if any.
+    /// Candidate in contact, if any.
     pub(in crate::solver) candidate: Option<usize>,
     pub(in crate::solver) a: Mat3,
     pub(in crate::solver) b: Mat3,
-    /// Part of `b` that acts on the displacement relative to the tool.
+    /// Part of `b` that multiplies the displacement relative to the tool.
     pub(in crate::solver) b_tool: Mat3,
     pub(in crate::solver) residual: Vec3,
-    /// Residual in newtons (equilibrium, Coulomb's law), without the scaled lengths.
+    /// Residual force (equilibrium, Coulomb's law) [N], without the scaled lengths.
     pub(in crate::solver) force: Vec3,
-    /// Violation of gap and stick [mm].
+    /// Violation of the gap and stick conditions [mm].
     pub(in crate::solver) length: f64,
-    /// Normal used.
+    /// Contact normal used.
     pub(in crate::solver) normal: Vec3,
-    /// It slides: by more than the slip that friction remembers.
+    /// Slip exceeds the slip that friction remembers.
     pub(in crate::solver) slipping: bool,
-    /// It sticks as the law without a transition has it.
+    /// The node sticks according to the law without transition.
     pub(in crate::solver) stuck: bool,
-    /// Friction where the node is held.
+    /// Friction in the constrained directions of the node.
     pub(in crate::solver) held: Option<HeldFriction>,
 }
 
-/// What resists the motion of a node at `p` along the surface of a tool that pushes it with the force `r` [N/mm]: the
-/// surface's curvature, and friction's own derivative by the slip.
+/// Tangential stiffness of contact at `p` with the tool force `r` [N/mm]: curvature of the surface, and derivative of
+/// friction by the slip.
 pub(in crate::solver) fn resistance(
     c: &Candidate,
     p: &Vec3,
@@ -62,18 +64,20 @@ pub(in crate::solver) fn resistance(
 ) -> Mat3 {
     let Some(frame) = frame(&c.foot, free) else { return Mat3::zeros() };
     let from_anchor = p - c.anchor;
-    let law = law.over(frame.share);
+    let law = law.with_normal_fraction(frame.normal_fraction);
     let lambda = frame.normal.dot(r);
     let slip = frame.slip(&from_anchor, scales);
     let (weight, gradient) = law.weight(&slip);
     let weight = weight.max(scales.rounding);
     let along = frame.tangent * slip / weight;
-    let turn = frame.tangent - along * (frame.tangent * gradient).transpose();
-    frame.curvature * lambda + turn * (law.mu * scales.of_note(lambda).max(0.0) / weight)
+    let slip_direction_rate = frame.tangent - along * (frame.tangent * gradient).transpose();
+    frame.curvature * lambda
+        + slip_direction_rate * (law.mu * scales.of_note(lambda).max(0.0) / weight)
 }
 
-/// Conditions of a touching node: `p` its position in the tool's frame, `r` the force at it, `free` the
-/// projector on its free directions; `idle`: no tool pushes the sheet yet. `None` when the tool cannot push it.
+/// Conditions of a node in contact. `p` is its position in the frame of the tool, `r` the force at the node, `free`
+/// the projector onto its free directions. `idle`: no tool pushes the sheet yet. `None` if the normal lies outside
+/// the free directions.
 pub(in crate::solver) fn touching(
     c: &Candidate,
     p: &Vec3,
@@ -85,8 +89,8 @@ pub(in crate::solver) fn touching(
 ) -> Option<Condition> {
     let frame = frame(&c.foot, free)?;
     let from_anchor = p - c.anchor;
-    let Frame { normal, gap, share, tangent, curvature, .. } = &frame;
-    let law = law.over(*share);
+    let Frame { normal, gap, normal_fraction, tangent, curvature, .. } = &frame;
+    let law = law.with_normal_fraction(*normal_fraction);
     let gap = gap + (normal.dot(r) - c.push) * scales.compliance;
     let slip = frame.slip(&from_anchor, scales);
     let rise = normal.dot(&from_anchor);
@@ -96,20 +100,21 @@ pub(in crate::solver) fn touching(
     let (pushed, held) = expected(c, &frame, r);
     let about = (scales.of_note(pushed), held);
     let at = FrictionPoint { lambda, traction, slip, stiffness: 0.0, about };
-    // Forces that are still to come hold a sheet that lies between its tools as soon as they push it.
-    let rests = idle && law.mu > 0.0 && slip.norm() <= scales.rounding;
-    let answer = if rests { None } else { friction(c, law, at, &frame, scales) };
+    // While no tool pushes yet, nodes in contact stick, so that a sheet lying between its tools is held by friction
+    // that develops later.
+    let sticks_idle = idle && law.mu > 0.0 && slip.norm() <= scales.rounding;
+    let response = if sticks_idle { None } else { friction(c, law, at, &frame, scales) };
     let all_slip = law.transition == 0.0 || lambda <= 0.0;
     let mut out = closed(c.node, &frame, gap, r, scales);
     out.slipping = all_slip || slip.norm() > COULOMB_SLIP_RATIO * law.transition;
-    match answer {
+    match response {
         None => out.stick(&by_motion, &slip, scales),
-        Some(answer) => out.slide(&answer, &frame, &by_motion, &at),
+        Some(response) => out.slide(&response, &frame, &by_motion, &at),
     }
     Some(out)
 }
 
-/// The condition of a closed gap, without anything along the tool.
+/// Condition of a closed gap, without tangential part.
 fn closed(node: usize, frame: &Frame, gap: f64, r: &Vec3, scales: Scales) -> Condition {
     let Frame { normal, curvature, .. } = frame;
     let spring = scales.normal * scales.compliance;
@@ -130,7 +135,7 @@ fn closed(node: usize, frame: &Frame, gap: f64, r: &Vec3, scales: Scales) -> Con
     }
 }
 
-/// What the last increment or the last correction has the node be pushed with, and what holds it along the tool.
+/// Estimates of the normal force and, if known, of the tangential force of the node.
 fn expected(c: &Candidate, frame: &Frame, r: &Vec3) -> (f64, Option<Vec3>) {
     let Frame { normal, tangent, across, .. } = frame;
     match c.expected {
@@ -141,7 +146,7 @@ fn expected(c: &Candidate, frame: &Frame, r: &Vec3) -> (f64, Option<Vec3>) {
 }
 
 impl Condition {
-    /// No slip across the normal.
+    /// Stick: no slip in the tangent plane.
     fn stick(&mut self, by_motion: &Mat3, slip: &Vec3, scales: Scales) {
         self.b_tool += by_motion * scales.tangential;
         self.residual += slip * scales.tangential;
@@ -149,37 +154,38 @@ impl Condition {
         (self.slipping, self.stuck) = (false, true);
     }
 
-    /// What friction answers across the normal at a point.
-    fn slide(&mut self, answer: &Slip, frame: &Frame, by_motion: &Mat3, at: &FrictionPoint) {
+    /// Slip: friction law in the tangent plane.
+    fn slide(&mut self, response: &Slip, frame: &Frame, by_motion: &Mat3, at: &FrictionPoint) {
         let Frame { normal, tangent, across, curvature, .. } = frame;
-        let Slip { residual, linear, by_traction, by_slip, by_lambda } = answer;
+        let Slip { residual, linear, by_traction, by_slip, by_lambda } = response;
         self.a += tangent * (by_traction * tangent + by_lambda * normal.transpose());
         let bend = by_traction * curvature * at.lambda
             - by_lambda * (curvature * at.traction).transpose()
             + by_slip * (by_motion + across);
         self.force = tangent * residual;
-        self.held = HeldFriction::of(answer, frame, at.lambda);
+        self.held = HeldFriction::of(response, frame, at.lambda);
         self.b_tool += tangent * bend;
         self.residual += tangent * linear;
     }
 }
 
 impl Coulomb {
-    /// The law by the part of the normal force in a node's free directions, of which it is this share.
-    fn over(self, share: f64) -> Self {
-        Self { mu: self.mu / share, ..self }
+    /// Law in terms of the part of the normal force in the free directions, which is the fraction `normal_fraction`.
+    fn with_normal_fraction(self, normal_fraction: f64) -> Self {
+        Self { mu: self.mu / normal_fraction, ..self }
     }
 }
 
-/// Whether friction up to `bound` [N] holds a node that slid and has not moved since. One that slid until the last balance
-/// has Coulomb's force exactly, and one that has just touched may have none at all: of both rounding would say whether they stick.
-fn is_held(traction: &Vec3, bound: f64, scales: Scales) -> bool {
-    /// Share by which the force may be over Coulomb's.
+/// Whether friction up to `bound` [N] holds a node that slid and has not moved since. A node that slid until the last
+/// equilibrium has exactly the Coulomb force, and a node that has just come into contact may have none. Without a
+/// tolerance rounding would decide on stick or slip.
+fn is_within_friction(traction: &Vec3, bound: f64, scales: Scales) -> bool {
+    /// Relative excess of the force over the Coulomb limit that still counts as stick.
     const FRICTION_EXCESS_REL: f64 = 1e-6;
     scales.of_note(traction.norm()) <= (1.0 + FRICTION_EXCESS_REL) * bound.max(0.0)
 }
 
-/// What the law asks of a touching node, `None` to stick.
+/// Friction law of a node in contact; `None` for stick.
 fn friction(
     c: &Candidate,
     law: Coulomb,
@@ -194,16 +200,17 @@ fn friction(
     }
 }
 
-/// The same by the law without a transition; the stiffness of its trial force is chosen here.
+/// Law without transition; chooses the stiffness of the trial force.
 fn stick_or_slip(c: &Candidate, law: Coulomb, at: FrictionPoint, scales: Scales) -> Option<Slip> {
     let FrictionPoint { lambda, traction, slip, .. } = at;
-    // Pulled, not pushed (an iterate on its way): no friction. A node that has just touched has no normal
-    // force yet, but its coupling to friction.
+    // Tensile normal force (an intermediate iterate): no friction. A node that has just come into contact has no
+    // normal force yet, but its friction is coupled to it.
     let pushed = scales.of_note(lambda) > 0.0;
-    let law = if pushed || c.fresh { law } else { Coulomb { mu: 0.0, transition: 0.0 } };
+    let law = if pushed || c.newly_active { law } else { Coulomb { mu: 0.0, transition: 0.0 } };
     let bound = law.mu * lambda;
     let moved = slip.norm() > scales.rounding;
-    let at_rest = c.sliding && !moved && law.mu > 0.0 && is_held(&traction, bound, scales);
+    let at_rest =
+        c.sliding && !moved && law.mu > 0.0 && is_within_friction(&traction, bound, scales);
     let backward = bound > 0.0 && moved && traction.dot(&slip) > 0.25 * bound * slip.norm();
     let stiffness = if c.sliding && !backward {
         slip_stiffness(bound.max(traction.norm()), slip.norm(), scales.tangential)
@@ -217,26 +224,26 @@ fn stick_or_slip(c: &Candidate, law: Coulomb, at: FrictionPoint, scales: Scales)
     }
 }
 
-/// The stiffness `c` of the trial force `r_t - c s` of a node that slid (any positive value has the same
-/// solution).
+/// Stiffness `c` of the trial force `r_t - c s` of a node that slid; the solution does not depend on its positive
+/// value.
 ///
-/// With `c |s| = 1.5` times the friction force a node that slid goes on, and one that has no friction force
-/// yet begins to slide. A stiffness of the mesh would be too large wherever a whole part of the sheet moves
-/// together: its nodes would turn back and forth for ever.
+/// With `c |s|` equal to 1.5 times the friction force, a sliding node continues to slide, and a node without friction
+/// force begins to slide. The stiffness of the mesh would be too large if a whole part of the sheet moves together:
+/// its nodes would alternate in direction.
 fn slip_stiffness(force: f64, slip: f64, mesh: f64) -> f64 {
-    // Never so large that the rounding of `s` would show.
-    let most = 10.0 * mesh;
-    if force > 0.0 && most * slip > 1.5 * force { 1.5 * force / slip } else { mesh }
+    // Limited, so that rounding of `s` has no effect.
+    let stiffness_max = 10.0 * mesh;
+    if force > 0.0 && stiffness_max * slip > 1.5 * force { 1.5 * force / slip } else { mesh }
 }
 
-/// Adds the held directions of a node to its condition: `k (u - held) = 0` along them.
+/// Adds the constrained directions of a node to its condition: `k (u - held) = 0`.
 pub(in crate::solver) fn hold(out: &mut Condition, free: &Mat3, offset: &Vec3, scales: Scales) {
     let held = Mat3::identity() - free;
     out.b += held * scales.normal;
     out.residual += held * offset * scales.normal;
 }
 
-/// Condition of a node that touches nothing: equilibrium in its free directions.
+/// Condition of a node without contact: equilibrium in its free directions.
 pub(in crate::solver) fn untouched(node: usize, r: &Vec3, free: &Mat3) -> Condition {
     let force = free * r;
     Condition {

@@ -1,6 +1,7 @@
-//! A node of the sheet and a tool: the candidate, and the equations of gap and friction that it puts in the place of equilibrium.
+//! Contact of a node of the sheet with a tool: candidates, and the conditions of gap and friction that replace
+//! equilibrium.
 //!
-//! Called by `system` and `active_set`; knows nothing of iterations or stages.
+//! Used by `system` and `active_set`; independent of iterations and stages.
 
 pub(super) mod candidate;
 pub(super) mod condition;

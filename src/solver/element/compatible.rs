@@ -5,7 +5,7 @@ use super::kernels::{self, Row};
 use super::shape::PointGeometry;
 use crate::solver::numbers::tensor::{self, Mandel, PAIRS};
 
-/// Deformation gradient, by rows; `Err(det F)` unless its determinant is above zero.
+/// Deformation gradient `F = 1 + u_a ⊗ ∇N_a`, by rows. `Err(det F)` unless the determinant is positive and finite.
 #[inline(always)]
 pub(crate) fn deform(geometry: &PointGeometry, u: &[f64; DOFS]) -> Result<[[f64; 3]; 3], f64> {
     let mut f = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -21,7 +21,7 @@ pub(crate) fn deform(geometry: &PointGeometry, u: &[f64; DOFS]) -> Result<[[f64;
     if jacobian > 0.0 && jacobian.is_finite() { Ok(f) } else { Err(jacobian) }
 }
 
-/// `C = FᵀF` as a Mandel vector.
+/// Right Cauchy-Green tensor `C = FᵀF` as a Mandel vector.
 #[inline(always)]
 pub(crate) fn cauchy_green(f: &[[f64; 3]; 3]) -> Mandel {
     std::array::from_fn(|pair| {
@@ -30,7 +30,7 @@ pub(crate) fn cauchy_green(f: &[[f64; 3]; 3]) -> Mandel {
     })
 }
 
-/// `B = ∂E_GL/∂u` of the compatible strain, by Mandel component.
+/// `B = ∂E/∂u` of the compatible Green-Lagrange strain, one row for each Mandel component.
 #[inline(always)]
 pub(crate) fn strain_derivative(f: &[[f64; 3]; 3], geometry: &PointGeometry) -> [[f64; DOFS]; 6] {
     let mut b = [[0.0; DOFS]; 6];
@@ -47,7 +47,7 @@ pub(crate) fn strain_derivative(f: &[[f64; 3]; 3], geometry: &PointGeometry) -> 
     b
 }
 
-/// Adds `Bᵀ D B` for `N` generalised strains.
+/// Adds `Bᵀ D B` for `N` generalised strains to the tangent.
 pub(crate) fn add_congruence<const N: usize>(
     strains: &[Row; N],
     stiffness: &[[f64; N]; N],
@@ -58,7 +58,7 @@ pub(crate) fn add_congruence<const N: usize>(
     kernels::add_gram(strains, &product, tangent);
 }
 
-/// Adds `∇N_a · S ∇N_b` by node pair; `stress` carries the weight.
+/// Adds the initial-stress terms `∇N_a · S ∇N_b` for each pair of nodes; `stress` includes the integration weight.
 #[inline(always)]
 pub(crate) fn add_nodal_stress(
     geometry: &PointGeometry,
@@ -79,7 +79,8 @@ pub(crate) fn add_nodal_stress(
     }
 }
 
-/// Puts the sums of [`add_nodal_stress`] on the diagonal of each node pair.
+/// Adds the scalars of [`add_nodal_stress`] to the tangent as `value · 1` for each pair of nodes (geometric
+/// stiffness).
 pub(crate) fn spread_nodal_stress(sums: &[[f64; 8]; 8], tangent: &mut [Row; DOFS]) {
     for (a, row) in sums.iter().enumerate() {
         for (b, value) in row.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What an element is given, and what it answers.
+//! Input and output of an element evaluation.
 
 use crate::geometry::Vec3;
 use crate::solver::material::{Material, MaterialError};
@@ -6,7 +6,7 @@ use crate::solver::material::{Material, MaterialError};
 /// Degrees of freedom of an element: 8 nodes, 3 displacements each, node by node.
 pub const DOFS: usize = 24;
 
-/// What is asked of an evaluation.
+/// Quantities requested from an evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Want {
     /// Internal forces and energies only (line search).
@@ -24,14 +24,14 @@ pub struct ElementMatrices {
     pub tangent: [[f64; DOFS]; DOFS],
     /// Stored elastic energy [N mm].
     pub elastic_energy: f64,
-    /// Plastic work since the beginning [N mm].
+    /// Plastic work since the start [N mm].
     pub plastic_work: f64,
-    /// Work against what keeps fibres from tilting by turns, since the beginning [N mm].
+    /// Artificial (hourglass) energy: work of the stabilisation since the start [N mm].
     pub artificial_work: f64,
-    /// Norm of the forces [N] that the not yet converged internal modes of the element still cause.
+    /// Norm of the force [N] due to the residual of the condensed internal modes.
     pub internal_residual: f64,
-    /// `∫ S³³ dV` [N/mm] of an element whose fibres go along ζ.
-    pub through: f64,
+    /// `∫ S³³ dV` [N/mm], ζ being the thickness direction.
+    pub thickness_force: f64,
 }
 
 impl ElementMatrices {
@@ -45,12 +45,12 @@ impl ElementMatrices {
             plastic_work: 0.0,
             artificial_work: 0.0,
             internal_residual: 0.0,
-            through: 0.0,
+            thickness_force: 0.0,
         }
     }
 }
 
-/// What an element is given: fixed data and the state at the beginning of the increment.
+/// Input of an element evaluation: fixed data and the state at the start of the increment.
 #[derive(Debug, Clone, Copy)]
 pub struct ElementInput<'a> {
     /// The material.
@@ -61,9 +61,9 @@ pub struct ElementInput<'a> {
     pub displacement: &'a [f64; DOFS],
     /// History of all points at the last converged state, `point_count * state_len`.
     pub old_state: &'a [f64],
-    /// What the element kept besides at the last converged state.
+    /// Further state variables of the element (modes, stabilisation) at the last converged state.
     pub old_record: &'a [f64],
-    /// What is asked.
+    /// Requested quantities.
     pub want: Want,
 }
 
@@ -81,7 +81,7 @@ pub struct PointFailure {
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FailureReason {
-    /// The element is turned inside out.
+    /// The element is inverted: `det F <= 0`.
     #[error(
         "volume ratio {ratio:.3e}, must be above zero: the element turns inside out, as where a sheet folds or tears"
     )]
@@ -89,15 +89,15 @@ pub enum FailureReason {
         /// det F at the point.
         ratio: f64,
     },
-    /// The internal modes of the element have no stiffness.
+    /// The stiffness `K_αα` of the internal modes is singular.
     #[error(
         "pivot {pivot:.3e} in the stiffness of the internal modes, must be finite and not zero"
     )]
     SingularModes {
-        /// The pivot found.
+        /// Pivot of the elimination.
         pivot: f64,
     },
-    /// The material failed.
+    /// The constitutive update failed.
     #[error(transparent)]
     Material(#[from] MaterialError),
 }

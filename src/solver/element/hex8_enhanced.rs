@@ -1,21 +1,21 @@
-//! The trilinear hexahedron with twelve enhanced strain modes, condensed in the element.
+//! Trilinear hexahedron with twelve enhanced strain modes, condensed in the element.
 //!
-//! Green-Lagrange strain plus `(j0/j) T0 M(ξ, η, ζ) α` (Simo & Rifai 1990 carried to the Green-Lagrange
-//! strain): nine modes linear in the natural coordinates remove shear locking in bending, three bilinear
-//! volume modes remove volumetric locking. 2 x 2 x 2 points.
+//! The assumed strain is the Green-Lagrange strain plus `(j0/j) T0 M(ξ, η, ζ) α` (Simo & Rifai 1990, applied to the
+//! Green-Lagrange strain). Nine modes linear in the natural coordinates remove shear locking in bending. Three
+//! bilinear volume modes remove volumetric locking. 2 x 2 x 2 Gauss points.
 
-use super::modes::{Mode, ModeSums, Unsettled};
+use super::modes::{Mode, ModeResidual, ModeSums};
 use super::shape::{PointGeometry, gauss_2x2x2, jacobian};
 use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, compatible};
 use crate::solver::material::log_strain::{self, Responses};
 use crate::solver::numbers::lanes::{Eight, POINTS};
 use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 
-/// Number of modes.
+/// Number of enhanced modes.
 pub(crate) const MODE_COUNT: usize = 12;
-/// Steps in which modes settle in one evaluation.
-const ROUNDS: usize = 10;
-/// Stands for the volume strain in [`Mode::column`].
+/// Maximum local Newton iterations of the modes at fixed displacements in one evaluation.
+const MODE_ITERATIONS_MAX: usize = 10;
+/// Value of [`Mode::column`] for the volume strain.
 const VOLUME: usize = 6;
 
 const fn mode(column: usize, powers: [u8; 3]) -> Mode {
@@ -37,7 +37,7 @@ const MODES: [Mode; MODE_COUNT] = [
     mode(VOLUME, [1, 0, 1]),
 ];
 
-/// Evaluates the element; `new_state` receives the trial history, `record` is its mode record.
+/// Evaluates the element. `new_state` receives the trial history; `record` is its mode record.
 ///
 /// # Errors
 /// [`PointFailure`] when the element is inverted, or the material or the condensation fails.
@@ -57,11 +57,11 @@ pub(crate) fn evaluate(
     // A reference element that is flat at its centre has no volume that a ratio could refer to.
     let centre =
         centre.ok_or(PointFailure { point: 0, reason: FailureReason::Inverted { ratio: 0.0 } })?;
-    let unit = MODES.map(|mode| mode.unit(&centre.0));
+    let strain_norm = MODES.map(|mode| mode.strain_norm(&centre.0));
     let at = |alpha: &_, record: &mut _| {
         evaluate_at(input, points, &centre, alpha, new_state, record, out)
     };
-    ModeSums::with_prediction(record, input.displacement, &unit, ROUNDS, at)
+    ModeSums::with_prediction(record, input.displacement, &strain_norm, MODE_ITERATIONS_MAX, at)
 }
 
 fn evaluate_at(
@@ -72,20 +72,20 @@ fn evaluate_at(
     new_state: &mut [f64],
     record: &mut [f64],
     out: &mut ElementMatrices,
-) -> Result<Unsettled<MODE_COUNT>, PointFailure> {
+) -> Result<ModeResidual<MODE_COUNT>, PointFailure> {
     *out = ElementMatrices::zero();
     let directions: [_; 8] = std::array::from_fn(|index| {
         mode_strains(centre, points[index].weight, gauss_2x2x2()[index])
     });
     let Deformed { gradients, c } = Deformed::new(input, points, &directions, alpha)?;
     let across: Mandel = centre.0.map(|row| row[2]);
-    let mut answers = Responses::zero();
+    let mut responses = Responses::zero();
     let histories = (input.old_state, new_state);
-    log_strain::update_points(input.material, &c, POINTS, histories, true, &mut answers)
+    log_strain::update_points(input.material, &c, POINTS, histories, true, &mut responses)
         .map_err(|(point, error)| PointFailure { point, reason: error.into() })?;
     let mut sums = PointSums { modes: ModeSums::zero(), initial_stress: [[0.0; 8]; 8] };
     for (index, geometry) in points.iter().enumerate() {
-        let response = answers.at(index);
+        let response = responses.at(index);
         let weight = geometry.weight;
         out.elastic_energy += weight * response.elastic_energy;
         out.plastic_work += weight * response.plastic_work;
@@ -96,7 +96,7 @@ fn evaluate_at(
             stress: response.stress.map(|value| weight * value),
             tangent: response.tangent.map(|row| row.map(|value| weight * value)),
         };
-        out.through += tensor::dot(&across, &point.stress);
+        out.thickness_force += tensor::dot(&across, &point.stress);
         sums.add(&point, input.want, out);
     }
     compatible::spread_nodal_stress(&sums.initial_stress, &mut out.tangent);
@@ -105,11 +105,11 @@ fn evaluate_at(
         .map_err(|reason| PointFailure { point: 0, reason })
 }
 
-/// Deformation of the points.
+/// Deformation at the eight points.
 struct Deformed {
     /// Compatible deformation gradients.
     gradients: [[[f64; 3]; 3]; 8],
-    /// Right Cauchy-Green tensors, the strains of the modes included.
+    /// Right Cauchy-Green tensors of the assumed strain, enhanced modes included.
     c: [Eight; 6],
 }
 
@@ -140,18 +140,18 @@ impl Deformed {
     }
 }
 
-/// A point with its material's answer times its weight.
+/// A point with stress and tangent multiplied by its integration weight.
 struct WeightedPoint<'a> {
     geometry: &'a PointGeometry,
     /// Compatible deformation gradient.
     gradient: &'a [[f64; 3]; 3],
-    /// Strains of the modes.
+    /// Strain directions of the modes.
     directions: &'a [Mandel; MODE_COUNT],
     stress: Mandel,
     tangent: Mandel66,
 }
 
-/// Sums over the points that the element condenses or spreads once all are in.
+/// Sums over the points, condensed or added to the tangent after the last point.
 struct PointSums {
     modes: ModeSums<MODE_COUNT>,
     /// `Σ N_a,I S_IJ N_b,J` by pair of nodes.
@@ -159,7 +159,7 @@ struct PointSums {
 }
 
 impl PointSums {
-    /// Adds one point to the forces and, where it is wanted, to the tangent.
+    /// Adds one point to the force and, if requested, to the tangent.
     #[inline]
     fn add(&mut self, point: &WeightedPoint<'_>, want: Want, out: &mut ElementMatrices) {
         let WeightedPoint { geometry, gradient, stress, tangent, .. } = point;
@@ -175,7 +175,7 @@ impl PointSums {
     }
 }
 
-/// Adds one point to the sums of the modes; `b`: its compatible strains by the displacements.
+/// Adds one point to the sums of the modes; `b` is `∂E/∂u` of its compatible strain.
 fn add_modes(point: &WeightedPoint<'_>, b: &[[f64; DOFS]; 6], sums: &mut ModeSums<MODE_COUNT>) {
     let WeightedPoint { directions, stress, tangent, .. } = point;
     let transposed = tensor::transpose(tangent);
@@ -193,7 +193,8 @@ fn add_modes(point: &WeightedPoint<'_>, b: &[[f64; DOFS]; 6], sums: &mut ModeSum
     }
 }
 
-/// Cartesian strains `(j0/j) T0 M` of the modes at a point (unit quadrature weight: `j` is its volume).
+/// Cartesian strains `(j0/j) T0 M` of the modes at a point. The quadrature weight is one, so `det` is the volume of
+/// the point.
 fn mode_strains(centre: &(Mandel66, f64), det: f64, xi: [f64; 3]) -> [Mandel; MODE_COUNT] {
     let (map, centre_det) = centre;
     std::array::from_fn(|k| {

@@ -1,20 +1,20 @@
-//! Small dense products of the element loop, compiled for every vector width and chosen at run time (`pulp`).
+//! Small dense products of the element loop, compiled for each SIMD width and dispatched at run time (`pulp`).
 //!
-//! All rows run over the 24 degrees of freedom of an element. The number of lanes does not depend on the
-//! number of threads, so results are the same bits on one machine; another machine may round differently.
+//! All rows have 24 entries, the degrees of freedom of an element. The SIMD width does not depend on the number of
+//! threads, so results are bit-identical on one machine. Another machine may round differently.
 
 use pulp::{Arch, Simd, WithSimd};
 
 use super::DOFS;
 
-/// A row over the degrees of freedom.
+/// A row over the degrees of freedom of an element.
 pub(crate) type Row = [f64; DOFS];
 
-/// Rows of the result worked on at once, and vectors of each: twelve accumulators fit every register file.
-const ROWS: usize = 4;
-const VECTORS: usize = 3;
-/// Rows of [`combine`] worked on at once.
-const BLOCK: usize = 3;
+/// Register block of [`add_gram`]: rows and SIMD vectors for each row. Twelve accumulators fit every register file.
+const GRAM_BLOCK_ROWS: usize = 4;
+const BLOCK_VECTORS: usize = 3;
+/// Rows of [`combine`] in one register block.
+const COMBINE_BLOCK_ROWS: usize = 3;
 
 /// `tangent += leftᵀ right`, summed over the rows of both.
 pub(crate) fn add_gram(left: &[Row], right: &[Row], tangent: &mut [Row; DOFS]) {
@@ -40,12 +40,13 @@ impl WithSimd for Gram<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let lanes = S::F64_LANES;
-        for first in (0..DOFS).step_by(VECTORS * lanes) {
-            for (block, rows) in self.tangent.chunks_exact_mut(ROWS).enumerate() {
-                let mut sums = [[simd.splat_f64s(0.0); VECTORS]; ROWS];
+        for first in (0..DOFS).step_by(BLOCK_VECTORS * lanes) {
+            for (block, rows) in self.tangent.chunks_exact_mut(GRAM_BLOCK_ROWS).enumerate() {
+                let mut sums = [[simd.splat_f64s(0.0); BLOCK_VECTORS]; GRAM_BLOCK_ROWS];
                 for (left, right) in self.left.iter().zip(self.right) {
-                    let values = S::as_simd_f64s(&right[first..first + VECTORS * lanes]).0;
-                    let factors = &left[ROWS * block..ROWS * block + ROWS];
+                    let values = S::as_simd_f64s(&right[first..first + BLOCK_VECTORS * lanes]).0;
+                    let factors =
+                        &left[GRAM_BLOCK_ROWS * block..GRAM_BLOCK_ROWS * block + GRAM_BLOCK_ROWS];
                     for (sum, &factor) in sums.iter_mut().zip(factors) {
                         let factor = simd.splat_f64s(factor);
                         for (sum, &value) in sum.iter_mut().zip(values) {
@@ -54,7 +55,7 @@ impl WithSimd for Gram<'_> {
                     }
                 }
                 for (row, sums) in rows.iter_mut().zip(sums) {
-                    let row = S::as_mut_simd_f64s(&mut row[first..first + VECTORS * lanes]).0;
+                    let row = S::as_mut_simd_f64s(&mut row[first..first + BLOCK_VECTORS * lanes]).0;
                     for (value, sum) in row.iter_mut().zip(sums) {
                         *value = simd.add_f64s(*value, sum);
                     }
@@ -75,7 +76,10 @@ impl<const N: usize> WithSimd for Combine<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let blocks = self.out.chunks_mut(BLOCK).zip(self.coefficients.chunks(BLOCK));
+        let blocks = self
+            .out
+            .chunks_mut(COMBINE_BLOCK_ROWS)
+            .zip(self.coefficients.chunks(COMBINE_BLOCK_ROWS));
         for (out, coefficients) in blocks {
             match (out, coefficients) {
                 ([a, b, c], [x, y, z]) => block(simd, [a, b, c], [x, y, z], self.rows),
@@ -89,7 +93,7 @@ impl<const N: usize> WithSimd for Combine<'_, N> {
     }
 }
 
-/// A few rows of [`combine`] at once: one alone would wait for its own last sum at every step.
+/// One register block of [`combine`]: `R` independent sums hide the latency of the fused multiply-add.
 #[inline(always)]
 fn block<S: Simd, const R: usize, const N: usize>(
     simd: S,
@@ -97,9 +101,9 @@ fn block<S: Simd, const R: usize, const N: usize>(
     coefficients: [&[f64; N]; R],
     rows: &[Row; N],
 ) {
-    let width = VECTORS * S::F64_LANES;
+    let width = BLOCK_VECTORS * S::F64_LANES;
     for first in (0..DOFS).step_by(width) {
-        let mut sums = [[simd.splat_f64s(0.0); VECTORS]; R];
+        let mut sums = [[simd.splat_f64s(0.0); BLOCK_VECTORS]; R];
         for (k, row) in rows.iter().enumerate() {
             let values = S::as_simd_f64s(&row[first..first + width]).0;
             for (sums, coefficients) in sums.iter_mut().zip(&coefficients) {

@@ -38,7 +38,7 @@ fn yes() -> bool {
 /// Names of the formulations, as they are written.
 const NAMES: [&str; 3] = ["hex8", "hex8-enhanced", "solid-shell"];
 
-/// What may be said of a solid-shell.
+/// Options of a solid-shell.
 #[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SolidShellOptions {
@@ -56,14 +56,14 @@ impl Default for ElementKind {
 
 impl<'de> Deserialize<'de> for ElementKind {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Written)
+        deserializer.deserialize_any(KindVisitor)
     }
 }
 
-/// Reads a formulation: its name, or an object of its name and its options.
-struct Written;
+/// Deserialises a formulation: its name, or an object with its name and options.
+struct KindVisitor;
 
-impl<'de> Visitor<'de> for Written {
+impl<'de> Visitor<'de> for KindVisitor {
     type Value = ElementKind;
 
     fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -84,7 +84,7 @@ impl<'de> Visitor<'de> for Written {
             return Err(de::Error::invalid_length(0, &"the name of one element"));
         };
         if name != "solid-shell" {
-            Written.visit_str::<A::Error>(&name)?;
+            KindVisitor.visit_str::<A::Error>(&name)?;
             return Err(de::Error::custom(format!(
                 "`{name}` has no options; write \"{name}\" alone"
             )));
@@ -109,7 +109,7 @@ fn allow_bare_name(schema: &mut schemars::Schema) {
     }
 }
 impl ElementKind {
-    /// Material points of an element.
+    /// Number of material points of an element.
     #[must_use]
     pub fn point_count(self) -> usize {
         match self {
@@ -118,7 +118,7 @@ impl ElementKind {
         }
     }
 
-    /// Points and weights through the thickness on [-1, 1] (Gauss-Legendre); empty unless a solid-shell.
+    /// Gauss-Legendre points and weights through the thickness on [-1, 1]; empty for hexahedra.
     #[must_use]
     pub fn thickness_rule(self) -> Vec<(f64, f64)> {
         match self {
@@ -127,16 +127,16 @@ impl ElementKind {
         }
     }
 
-    /// Numbers that an element keeps besides the histories of its points.
+    /// Number of state variables of an element besides the histories of its points.
     #[must_use]
     pub(crate) fn record_len(self) -> usize {
         match self.mode_count() {
             0 => 0,
-            modes => modes::record_len(modes) + tilt::RECORD,
+            modes => modes::record_len(modes) + tilt::RECORD_LEN,
         }
     }
 
-    /// Internal (condensed) unknowns of an element.
+    /// Number of internal (condensed) unknowns of an element.
     #[must_use]
     pub fn mode_count(self) -> usize {
         match self {

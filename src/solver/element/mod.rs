@@ -1,8 +1,8 @@
-//! Finite elements: total Lagrangian, assumed Green-Lagrange strain in, second Piola-Kirchhoff stress out.
+//! Finite elements: total Lagrangian, assumed Green-Lagrange strain and second Piola-Kirchhoff stress.
 //!
-//! An element turns the displacements of its nodes into points with an assumed strain `E`, its derivative
-//! `B = ∂E/∂u` and a weight; the material answers with `S` and `dS/dE`; the element returns
-//! `f = Σ w Bᵀ S` and `K = Σ w (Bᵀ D B + S : ∂²E/∂u²)`, the exact derivative of `f`.
+//! An element computes at its points an assumed strain `E` from the nodal displacements, its derivative `B = ∂E/∂u`
+//! and an integration weight. The material returns `S` and `dS/dE`. The element returns `f = Σ w Bᵀ S` and
+//! `K = Σ w (Bᵀ D B + S : ∂²E/∂u²)`, the exact derivative of `f`.
 
 #![allow(
     clippy::needless_range_loop,
@@ -28,11 +28,14 @@ pub use shape::{PointGeometry, ReferenceCheck, reference_points};
 pub(crate) use shape::natural_coordinates;
 
 impl ElementKind {
-    /// Evaluates one element: its undeformed Gauss points or points through the thickness, whichever it has; its points'
-    /// new histories and the [record](Self::record_len) of what it keeps besides.
+    /// Evaluates force, tangent and energies of one element.
+    ///
+    /// `points` are the undeformed Gauss points of a hexahedron, `rule` the thickness rule of a solid-shell. `states`
+    /// receives the new histories of the points, `record` the new [further state variables](Self::record_len).
     ///
     /// # Errors
-    /// [`PointFailure`] where the material, the shape or the modes fail.
+    /// [`PointFailure`] if an element is inverted, or if the constitutive update or the condensation of the modes
+    /// fails.
     pub(crate) fn evaluate(
         self,
         input: &ElementInput<'_>,
@@ -55,7 +58,7 @@ impl ElementKind {
                 )
             }
         }?;
-        tilt::steady(input, tilt, out);
+        tilt::stabilise(input, tilt, out);
         Ok(())
     }
 }

@@ -1,47 +1,48 @@
 //! Internal strain modes of an element, condensed out of its force and tangent.
 //!
-//! The assumed strain gets `Σ α_k G_k` with `∫ G_kᵀ σ dV = 0` for every constant stress σ (patch test). The
-//! modes are unknowns of the global Newton iteration: each full evaluation stores the linearisation of
-//! `r_α(u, α) = 0`, and the next one starts from `α - K_αα⁻¹ (r_α + K_αu (u' - u))`. A residual-only evaluation
-//! predicts the modes the same way and stores nothing, so line searches leave no trace.
+//! The assumed strain is enhanced by `Σ α_k G_k` with `∫ G_kᵀ σ dV = 0` for every constant stress σ (patch test). The
+//! modes are unknowns of the global Newton iteration. Each full evaluation stores the linearisation of
+//! `r_α(u, α) = 0`, and the next one starts from `α - K_αα⁻¹ (r_α + K_αu (u' - u))`. An evaluation of the residual
+//! predicts the modes in the same way and stores nothing, so a line search leaves the state unchanged.
 //!
-//! Where points begin or cease to flow one such step may lead nowhere, and the next back: the modes of a single element go
-//! round in a circle, and with them the whole sheet. They are then settled at the displacements there are, by further steps
-//! of their own, no longer than the work of `r_α` along them allows.
+//! At the onset of yielding or unloading one such step may be followed by its reverse indefinitely, and the global
+//! iteration then cycles. The modes are therefore iterated at fixed displacements by further Newton steps. A line
+//! search on the work of `r_α` limits the length of these steps.
 
 use super::kernels;
 use super::{DOFS, ElementMatrices, FailureReason, PointFailure, Want};
 use crate::solver::numbers::tensor::Mandel66;
 
-/// Largest change of the modes' strain in one iterate.
-const MAX_STRAIN_CHANGE: f64 = 0.1;
-/// Strain of the modes that is still to come where they count as settled.
-const STRAIN_TOLERANCE: f64 = 1e-5;
-/// Share of a step's strain that is still to come after it at most where it has led on.
-const REMAINING_STRAIN_RATIO: f64 = 0.1;
-/// A step of the modes is good when the slope at its end is at most this share of the slope at its beginning.
-const SLOPE_RATIO: f64 = 0.2;
-/// Trials of a step.
-const MAX_TRIALS: usize = 4;
+/// Maximum change of the mode strain (norm) in one iterate.
+const MODE_STRAIN_CHANGE_MAX: f64 = 0.1;
+/// Norm of the remaining Newton step, as a strain, below which the modes are converged.
+const MODE_STRAIN_TOLERANCE: f64 = 1e-5;
+/// Maximum ratio of the remaining to the applied mode strain for which the predicted step is accepted without local
+/// iteration.
+const MODE_REMAINDER_RATIO_MAX: f64 = 0.1;
+/// The line search accepts a step when the slope at its end is at most this fraction of the slope at its start.
+const LINE_SEARCH_SLOPE_RATIO: f64 = 0.2;
+/// Maximum trial lengths of one line search.
+const LINE_SEARCH_TRIALS_MAX: usize = 4;
 
-/// Stored values of an element with `modes` modes: α, u, `K_αα⁻¹ r_α`, `K_αα⁻¹ K_αu`.
+/// Number of stored values of an element with `modes` modes: α, u, `K_αα⁻¹ r_α`, `K_αα⁻¹ K_αu`.
 #[must_use]
 pub(crate) fn record_len(modes: usize) -> usize {
     if modes == 0 { 0 } else { modes + DOFS + modes + modes * DOFS }
 }
 
-/// One mode at one point: value of the strain direction `T0[.., column]` times a polynomial.
+/// One mode at one point: the strain direction `T0[.., column]` times a polynomial.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Mode {
-    /// Component of the natural strain the mode acts on; 6 stands for the volume strain.
+    /// Component of the natural strain the mode acts on; 6 denotes the volume strain.
     pub column: usize,
     /// Powers of the natural coordinates.
     pub powers: [u8; 3],
 }
 
 impl Mode {
-    /// Size of the Cartesian strain of a mode of value one, `map` being `T0`.
-    pub(crate) fn unit(&self, map: &Mandel66) -> f64 {
+    /// Norm of the Cartesian strain of the mode at unit value; `map` is `T0`.
+    pub(crate) fn strain_norm(&self, map: &Mandel66) -> f64 {
         if self.column < 6 {
             map.iter().map(|row| row[self.column].powi(2)).sum::<f64>().sqrt()
         } else {
@@ -62,22 +63,22 @@ impl Mode {
     }
 }
 
-/// What an evaluation says of the modes: `r_α` [N mm] and `K_αα⁻¹ r_α`.
+/// Residual of the modes at one evaluation: `r_α` [N mm] and the Newton step `K_αα⁻¹ r_α`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Unsettled<const M: usize> {
+pub(crate) struct ModeResidual<const M: usize> {
     residual: [f64; M],
     step: [f64; M],
 }
 
-impl<const M: usize> Unsettled<M> {
-    /// Work of `r_α` along minus the step `of`.
+impl<const M: usize> ModeResidual<M> {
+    /// Directional derivative of the energy along `-step`: the work of `r_α`.
     fn slope(&self, of: &[f64; M]) -> f64 {
         -self.residual.iter().zip(of).map(|(r, s)| r * s).sum::<f64>()
     }
 }
 
-/// Size of the strain of modes with these values, `unit` being that of each per unit.
-fn strain<const M: usize>(values: &[f64; M], unit: &[f64; M]) -> f64 {
+/// Norm of the strain of modes with these values; `unit` is the norm for each mode at unit value.
+fn strain_norm<const M: usize>(values: &[f64; M], unit: &[f64; M]) -> f64 {
     values.iter().zip(unit).map(|(value, unit)| (value * unit).powi(2)).sum::<f64>().sqrt()
 }
 
@@ -105,7 +106,7 @@ impl<const M: usize> ModeSums<M> {
         }
     }
 
-    /// The modes' values predicted at displacement `u` from the stored linearisation.
+    /// Values of the modes at displacement `u`, predicted from the stored linearisation.
     fn predict(record: &[f64], u: &[f64; DOFS]) -> [f64; M] {
         let (alpha, rest) = record.split_at(M);
         let (reference, rest) = rest.split_at(DOFS);
@@ -118,36 +119,45 @@ impl<const M: usize> ModeSums<M> {
         })
     }
 
-    /// Runs `evaluate` with the predicted modes, their change kept under [`MAX_STRAIN_CHANGE`] of strain (`unit` is
-    /// the size of the strain per unit of each mode); where the prediction still collapses the material (a
-    /// step far beyond the linearisation), again with the modes nearer to the stored ones. Then settles them in up to
-    /// `rounds` steps, or leaves them where they were predicted.
+    /// Runs `evaluate` with the predicted modes and iterates them at fixed displacements if necessary.
+    ///
+    /// The predicted change is limited to [`MODE_STRAIN_CHANGE_MAX`]; `unit` is the strain norm of each mode at unit
+    /// value. If the constitutive update fails (a step far beyond the linearisation), the change is halved up to
+    /// three times. At most `max_iterations` local Newton steps follow; if they do not converge, the predicted values are
+    /// kept.
     ///
     /// # Errors
-    /// What `evaluate` returns with the stored modes.
+    /// The error of `evaluate` with the stored modes.
     pub(crate) fn with_prediction(
         record: &mut [f64],
         u: &[f64; DOFS],
         unit: &[f64; M],
-        rounds: usize,
-        mut evaluate: impl FnMut(&[f64; M], &mut [f64]) -> Result<Unsettled<M>, PointFailure>,
+        max_iterations: usize,
+        mut evaluate: impl FnMut(&[f64; M], &mut [f64]) -> Result<ModeResidual<M>, PointFailure>,
     ) -> Result<(), PointFailure> {
         let predicted = Self::predict(record, u);
         let mut stored = [0.0; M];
         stored.copy_from_slice(&record[..M]);
-        let change = strain(&std::array::from_fn(|k| predicted[k] - stored[k]), unit);
-        let allowed = if change > MAX_STRAIN_CHANGE { MAX_STRAIN_CHANGE / change } else { 1.0 };
-        for share in [1.0, 0.5, 0.25, 0.125] {
-            let share = share * allowed;
-            let alpha = std::array::from_fn(|k| stored[k] + share * (predicted[k] - stored[k]));
+        let change = strain_norm(&std::array::from_fn(|k| predicted[k] - stored[k]), unit);
+        let allowed =
+            if change > MODE_STRAIN_CHANGE_MAX { MODE_STRAIN_CHANGE_MAX / change } else { 1.0 };
+        for length in [1.0, 0.5, 0.25, 0.125] {
+            let length = length * allowed;
+            let alpha = std::array::from_fn(|k| stored[k] + length * (predicted[k] - stored[k]));
             if let Ok(found) = evaluate(&alpha, record) {
-                // A step that leads on leaves little to come.
-                if rounds == 0
-                    || strain(&found.step, unit) <= REMAINING_STRAIN_RATIO * share * change
+                // A predicted step that leaves a small remainder needs no local iteration.
+                if max_iterations == 0
+                    || strain_norm(&found.step, unit) <= MODE_REMAINDER_RATIO_MAX * length * change
                 {
                     return Ok(());
                 }
-                if Self::settle(record, unit, rounds, (alpha, found), &mut evaluate) {
+                if Self::iterate_at_fixed_displacement(
+                    record,
+                    unit,
+                    max_iterations,
+                    (alpha, found),
+                    &mut evaluate,
+                ) {
                     return Ok(());
                 }
                 return evaluate(&alpha, record).map(|_| ());
@@ -156,39 +166,39 @@ impl<const M: usize> ModeSums<M> {
         evaluate(&stored, record).map(|_| ())
     }
 
-    /// Goes on from modes `alpha`, which were evaluated last, until they are settled; whether they are.
-    fn settle(
+    /// Local Newton iteration of the modes from `alpha`, the values evaluated last. Returns whether it has converged.
+    fn iterate_at_fixed_displacement(
         record: &mut [f64],
         unit: &[f64; M],
-        rounds: usize,
-        (mut alpha, mut found): ([f64; M], Unsettled<M>),
-        mut evaluate: impl FnMut(&[f64; M], &mut [f64]) -> Result<Unsettled<M>, PointFailure>,
+        max_iterations: usize,
+        (mut alpha, mut found): ([f64; M], ModeResidual<M>),
+        mut evaluate: impl FnMut(&[f64; M], &mut [f64]) -> Result<ModeResidual<M>, PointFailure>,
     ) -> bool {
-        for _ in 0..rounds {
+        for _ in 0..max_iterations {
             let (step, start) = (found.step, found.slope(&found.step));
-            let size = strain(&step, unit);
-            if size <= STRAIN_TOLERANCE {
+            let size = strain_norm(&step, unit);
+            if size <= MODE_STRAIN_TOLERANCE {
                 return true;
             }
             if start >= 0.0 {
                 return false;
             }
-            let mut share = (MAX_STRAIN_CHANGE / size).min(1.0);
+            let mut length = (MODE_STRAIN_CHANGE_MAX / size).min(1.0);
             let mut last = None;
-            for _ in 0..MAX_TRIALS {
-                let there = std::array::from_fn(|k| alpha[k] - share * step[k]);
-                last = evaluate(&there, record).ok().map(|found| (there, found));
+            for _ in 0..LINE_SEARCH_TRIALS_MAX {
+                let trial = std::array::from_fn(|k| alpha[k] - length * step[k]);
+                last = evaluate(&trial, record).ok().map(|found| (trial, found));
                 let end = last.map_or(f64::INFINITY, |(_, found)| found.slope(&step));
-                if end <= -SLOPE_RATIO * start {
+                if end <= -LINE_SEARCH_SLOPE_RATIO * start {
                     break;
                 }
-                share *=
+                length *=
                     if end.is_finite() { (start / (start - end)).clamp(0.1, 0.7) } else { 0.5 };
             }
             let Some(next) = last else { return false };
             (alpha, found) = next;
         }
-        strain(&found.step, unit) <= STRAIN_TOLERANCE
+        strain_norm(&found.step, unit) <= MODE_STRAIN_TOLERANCE
     }
 
     /// Condenses the modes out of `out`; a full evaluation stores its linearisation in `record`.
@@ -202,10 +212,10 @@ impl<const M: usize> ModeSums<M> {
         want: Want,
         record: &mut [f64],
         out: &mut ElementMatrices,
-    ) -> Result<Unsettled<M>, FailureReason> {
+    ) -> Result<ModeResidual<M>, FailureReason> {
         let residual = self.residual;
         self.solve()?;
-        let unsettled = Unsettled { residual, step: self.residual };
+        let mode_residual = ModeResidual { residual, step: self.residual };
         let mut disturbance = 0.0;
         for dof in 0..DOFS {
             let change: f64 = (0..M).map(|k| self.left[k][dof] * self.residual[k]).sum();
@@ -214,7 +224,7 @@ impl<const M: usize> ModeSums<M> {
         }
         out.internal_residual = disturbance.sqrt();
         if want == Want::Residual {
-            return Ok(unsettled);
+            return Ok(mode_residual);
         }
         self.left.as_flattened_mut().iter_mut().for_each(|value| *value = -*value);
         kernels::add_gram(&self.left, &self.right, &mut out.tangent);
@@ -224,10 +234,10 @@ impl<const M: usize> ModeSums<M> {
         for (chunk, row) in record[2 * M + DOFS..].chunks_exact_mut(DOFS).zip(&self.right) {
             chunk.copy_from_slice(row);
         }
-        Ok(unsettled)
+        Ok(mode_residual)
     }
 
-    /// Replaces `right` and `residual` by `K_αα⁻¹` times themselves (elimination with row pivoting).
+    /// Replaces `right` and `residual` by their products with `K_αα⁻¹` (Gauss-Jordan elimination with row pivoting).
     fn solve(&mut self) -> Result<(), FailureReason> {
         for pivot in 0..M {
             let largest = |row: usize| self.stiffness[row][pivot].abs();

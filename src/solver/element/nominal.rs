@@ -1,12 +1,12 @@
-//! The tangent of a trilinear element from its points' nominal tangents.
+//! Tangent of a trilinear element from the nominal tangents of its points.
 //!
 //! | symbol | meaning |
 //! |---|---|
-//! | `A_iJkL` | derivative of the nominal stress `P_iJ` of a point by `F_kL`, with the point's weight |
+//! | `A_iJkL` | derivative of the nominal stress `P_iJ` of a point by `F_kL`, multiplied by its weight |
 //! | `N_a,J` | gradient of shape function `a` |
 //!
-//! `K_(a,i)(b,k) = Σ A_iJkL N_a,J N_b,L` over the points: first `T_(i,kL)(a) = Σ_J A_iJkL N_a,J`, then `Σ_L T N_b,L`, with
-//! nodes as SIMD lanes. Rows and columns are numbered direction by direction inside and node by node outside.
+//! `K_(a,i)(b,k) = Σ A_iJkL N_a,J N_b,L` over the points: first `T_(i,kL)(a) = Σ_J A_iJkL N_a,J`, then `Σ_L T N_b,L`.
+//! Nodes are SIMD lanes. Degrees of freedom are numbered by node, then by direction.
 
 use pulp::Simd;
 
@@ -14,13 +14,13 @@ use super::shape::PointGeometry;
 use super::{DOFS, kernels::Row};
 use crate::solver::numbers::lanes::{Eight, Lane};
 
-/// Nine numbers `iJ` of eight points.
+/// Nine components `iJ` at eight points.
 pub(crate) type Nine = [Eight; 9];
 
-/// Numbers of the nodes, direction by direction.
+/// One value for each direction and node.
 pub(crate) type Nodal = [[f64; 8]; 3];
 
-/// `Σ P_iJ N_a,J` over the points: nodal forces of nominal stresses that carry the points' weights.
+/// Nodal forces `Σ P_iJ N_a,J` of nominal stresses that include the integration weights.
 #[inline(always)]
 pub(crate) fn nodal<S: Simd>(simd: S, stress: &Nine, points: &[PointGeometry; 8]) -> Nodal {
     let mut out = [[0.0; 8]; 3];
@@ -41,19 +41,19 @@ pub(crate) fn nodal<S: Simd>(simd: S, stress: &Nine, points: &[PointGeometry; 8]
     out
 }
 
-/// Node by node.
+/// Reorders by node, then by direction.
 #[inline(always)]
 pub(crate) fn by_node(nodal: &Nodal) -> Row {
     std::array::from_fn(|dof| nodal[dof % 3][dof / 3])
 }
 
-/// `left ⊗ right`, one of the terms of a tangent that are not local to a point.
+/// `left ⊗ right`, a term of the tangent that couples all points.
 pub(crate) struct Dyad {
     pub left: Nodal,
     pub right: Nodal,
 }
 
-/// Sets `tangent` to the sum of all points' `A` and of `dyads`.
+/// Sets `tangent` to the sum of `A_iJkL` over the points plus the `dyads`.
 #[inline(always)]
 pub(crate) fn tangent<S: Simd>(
     simd: S,
@@ -102,7 +102,7 @@ fn contract_left<S: Simd>(
     }
 }
 
-/// Rows of direction `i` of the nodes `a` and `a + 1`, in `V` vectors a direction.
+/// Rows of the tangent for direction `i` of nodes `a` and `a + 1`, with `V` SIMD vectors for each direction.
 #[inline(always)]
 fn rows<S: Simd, const V: usize>(
     simd: S,
@@ -135,7 +135,7 @@ fn rows<S: Simd, const V: usize>(
     }
 }
 
-/// Parts of the rows of two nodes by direction `k`: `V` vectors of nodes `b`.
+/// Parts of the rows of two nodes by direction `k`: `V` SIMD vectors of nodes `b`.
 type Rows<S, const V: usize> = [[[Lane<S>; V]; 3]; 2];
 
 /// Adds a dyad to the rows of direction `i` of the nodes `a` and `a + 1`.
@@ -157,7 +157,7 @@ fn add_dyad<S: Simd, const V: usize>(
     }
 }
 
-/// Adds `Σ_L T_(i,kL)(a) N_b,L` of a point to the rows of the nodes `a` and `a + 1`.
+/// Adds `Σ_L T_(i,kL)(a) N_b,L` of a point to the rows of nodes `a` and `a + 1`.
 #[inline(always)]
 fn contract_right<S: Simd, const V: usize>(
     simd: S,

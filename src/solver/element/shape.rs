@@ -19,11 +19,11 @@ pub(crate) const CORNERS: [[f64; 3]; 8] = [
 pub struct PointGeometry {
     /// `∂N_a/∂X_J` [1/mm]: `gradient[J][a]`.
     pub gradient: [[f64; 8]; 3],
-    /// Reference volume the point stands for [mm³].
+    /// Reference volume of the point [mm³].
     pub weight: f64,
 }
 
-/// Derivatives of the shape functions by the natural coordinates: `[direction][node]`.
+/// Derivatives of the shape functions with respect to the natural coordinates: `[direction][node]`.
 #[must_use]
 pub(crate) fn natural_gradient(xi: [f64; 3]) -> [[f64; 8]; 3] {
     std::array::from_fn(|direction| {
@@ -39,13 +39,13 @@ pub(crate) fn natural_gradient(xi: [f64; 3]) -> [[f64; 8]; 3] {
     })
 }
 
-/// Jacobian `∂X_i/∂ξ_j` of the map from natural coordinates (columns are the covariant base vectors).
+/// Jacobian `∂X_i/∂ξ_j` of the isoparametric map; its columns are the covariant base vectors.
 #[must_use]
 pub(crate) fn jacobian(nodes: &[Vec3; 8], xi: [f64; 3]) -> Mat3 {
     jacobian_at(nodes, &natural_gradient(xi))
 }
 
-/// The same from the gradients of the shape functions there.
+/// Jacobian from given gradients of the shape functions.
 fn jacobian_at(nodes: &[Vec3; 8], gradient: &[[f64; 8]; 3]) -> Mat3 {
     let mut jacobian = Mat3::zeros();
     for (a, node) in nodes.iter().enumerate() {
@@ -58,28 +58,31 @@ fn jacobian_at(nodes: &[Vec3; 8], gradient: &[[f64; 8]; 3]) -> Mat3 {
     jacobian
 }
 
-/// Natural coordinates of the point `x` of an element, by Newton's method; `None` of one far outside, where that leads nowhere.
+/// Natural coordinates of the point `x`, by Newton's method. `None` if the iteration leaves [`XI_MAX`] or does not
+/// converge.
 pub(crate) fn natural_coordinates(nodes: &[Vec3; 8], x: &Vec3) -> Option<Vec3> {
-    const ITERATIONS: usize = 12;
-    const FAR: f64 = 10.0;
+    const ITERATIONS_MAX: usize = 12;
+    const XI_MAX: f64 = 10.0;
     let mut xi = Vec3::zeros();
-    for _ in 0..ITERATIONS {
-        let share = |c: &[f64; 3]| (0..3).map(|k| 0.5 * (1.0 + c[k] * xi[k])).product::<f64>();
-        let place: Vec3 = nodes.iter().zip(&CORNERS).map(|(node, c)| node * share(c)).sum();
-        let step = jacobian(nodes, xi.into()).try_inverse()? * (x - place);
+    for _ in 0..ITERATIONS_MAX {
+        let shape_function =
+            |c: &[f64; 3]| (0..3).map(|k| 0.5 * (1.0 + c[k] * xi[k])).product::<f64>();
+        let position: Vec3 =
+            nodes.iter().zip(&CORNERS).map(|(node, c)| node * shape_function(c)).sum();
+        let step = jacobian(nodes, xi.into()).try_inverse()? * (x - position);
         xi += step;
         if step.norm() < 1e-9 {
             return Some(xi);
         }
-        if xi.abs().max() > FAR {
+        if xi.abs().max() > XI_MAX {
             return None;
         }
     }
     None
 }
 
-/// Geometry of the point at `xi` with quadrature weight `quadrature`; `Err(det)` when the Jacobian
-/// determinant is not above zero (inverted or flat reference element).
+/// Geometry of the point at `xi` with quadrature weight `quadrature`. `Err(det)` if the Jacobian determinant is not
+/// positive (inverted or flat reference element).
 pub(crate) fn point_geometry(
     nodes: &[Vec3; 8],
     xi: [f64; 3],
@@ -95,7 +98,7 @@ pub(crate) fn point_geometry(
     Ok(PointGeometry { gradient, weight: det * quadrature })
 }
 
-/// The 2 x 2 x 2 Gauss points, node order.
+/// The 2 x 2 x 2 Gauss points in the order of the nodes.
 #[must_use]
 pub(crate) fn gauss_2x2x2() -> [[f64; 3]; 8] {
     let g = 1.0 / 3.0_f64.sqrt();
@@ -105,7 +108,7 @@ pub(crate) fn gauss_2x2x2() -> [[f64; 3]; 8] {
 /// Reference geometry of the eight Gauss points.
 ///
 /// # Errors
-/// The Jacobian determinant [mm³] that is not above zero.
+/// The first Jacobian determinant [mm³] that is not positive.
 pub fn reference_points(nodes: &[Vec3; 8]) -> Result<[PointGeometry; 8], f64> {
     let zero = PointGeometry { gradient: [[0.0; 8]; 3], weight: 0.0 };
     let mut points = [zero; 8];
@@ -115,22 +118,21 @@ pub fn reference_points(nodes: &[Vec3; 8]) -> Result<[PointGeometry; 8], f64> {
     Ok(points)
 }
 
-/// Whether elements have sound reference geometry at the eight Gauss points: [`reference_points`] without what follows from
-/// the determinants.
+/// Checks the Jacobian determinant at the eight Gauss points, without the gradients of [`reference_points`].
 #[derive(Debug, Clone)]
 pub struct ReferenceCheck([[[f64; 8]; 3]; 8]);
 
 impl ReferenceCheck {
-    /// The gradients of the shape functions at the points.
+    /// Evaluates the gradients of the shape functions at the points.
     #[must_use]
     pub fn new() -> Self {
         Self(gauss_2x2x2().map(natural_gradient))
     }
 
-    /// Checks an element.
+    /// Checks the reference geometry of one element.
     ///
     /// # Errors
-    /// The Jacobian determinant [mm³] that is not above zero.
+    /// The first Jacobian determinant [mm³] that is not positive.
     pub fn check(&self, nodes: &[Vec3; 8]) -> Result<(), f64> {
         let determinants = self.0.iter().map(|gradient| jacobian_at(nodes, gradient).determinant());
         let mut bad = determinants.filter(|det| !(*det > 0.0 && det.is_finite()));
@@ -144,17 +146,17 @@ impl Default for ReferenceCheck {
     }
 }
 
-/// Gauss-Legendre points and weights on [-1, 1], ascending; roots of the Legendre polynomial by Newton.
+/// Gauss-Legendre points and weights on [-1, 1], ascending; roots of the Legendre polynomial by Newton's method.
 #[must_use]
 pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     let n = count as f64;
     let legendre = |x: f64| {
-        let (mut before, mut now) = (1.0, x);
+        let (mut before, mut value) = (1.0, x);
         for k in 2..=count {
             let k = k as f64;
-            (before, now) = (now, ((2.0 * k - 1.0) * x * now - (k - 1.0) * before) / k);
+            (before, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * before) / k);
         }
-        (now, n * (x * now - before) / (x * x - 1.0))
+        (value, n * (x * value - before) / (x * x - 1.0))
     };
     let root = |index: usize| {
         let mut x = -(std::f64::consts::PI * (index as f64 + 0.75) / (n + 0.5)).cos();

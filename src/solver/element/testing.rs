@@ -1,4 +1,4 @@
-//! A small Newton driver for element benchmarks: dead loads, fixed degrees of freedom, load stepping.
+//! Newton solver for element benchmarks: dead loads, prescribed displacements, load stepping.
 
 use faer::prelude::*;
 use faer::sparse::{SparseColMat, Triplet};
@@ -7,19 +7,19 @@ use super::Want;
 use crate::solver::assembly::Body;
 use crate::solver::assembly::Evaluation;
 
-/// Supports and dead loads.
+/// Boundary conditions and dead loads.
 #[derive(Debug, Clone, Default)]
 pub struct Problem {
-    /// Degrees of freedom held at the given displacement [mm], at full load.
+    /// Prescribed degrees of freedom and their displacements [mm] at full load.
     pub held: Vec<(usize, f64)>,
     /// Forces at full load [N].
     pub loads: Vec<(usize, f64)>,
-    /// Load steps, growing by equal amounts from the first, which is the smallest.
+    /// Number of load steps; the load level grows with the square of the step.
     pub steps: usize,
 }
 
-/// The displacement at full load (converged to 1e-9 of the largest force, or to the force of 1e-14 mm on
-/// the stiffest entry), and the relative residual of every iteration of the last step.
+/// Displacement at full load and the relative residual of each iteration of the last step. Converged to 1e-9 of the
+/// largest force, or to the force of 1e-14 mm on the stiffest entry.
 pub fn solve(body: &mut Body, problem: &Problem) -> (Vec<f64>, Vec<f64>) {
     let count = body.pattern().dim();
     let mut free = vec![true; count];
@@ -59,7 +59,7 @@ pub fn solve(body: &mut Body, problem: &Problem) -> (Vec<f64>, Vec<f64>) {
     (u, history)
 }
 
-/// Solves for the free degrees of freedom with the held ones moved to their targets.
+/// Newton step of the free degrees of freedom; prescribed ones move to their targets.
 fn newton_step(
     body: &Body,
     tangent: &[f64],

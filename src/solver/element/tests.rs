@@ -46,8 +46,8 @@ const SHELL_ENHANCED: ElementKind = ElementKind::SolidShell { points: 3, membran
 
 const ALL: [ElementKind; 4] = [ElementKind::Hex8, ElementKind::Hex8Enhanced, SHELL, SHELL_ENHANCED];
 
-/// Evaluates at `u` until the internal modes have settled.
-fn settle(body: &mut Body, u: &[f64], out: &mut Evaluation) {
+/// Evaluates at `u` until the internal modes have converged.
+fn converge_modes(body: &mut Body, u: &[f64], out: &mut Evaluation) {
     for _ in 0..30 {
         body.evaluate(u, Want::ResidualAndTangent, out).unwrap();
         let largest = out.internal_force.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -61,7 +61,7 @@ fn settle(body: &mut Body, u: &[f64], out: &mut Evaluation) {
 /// Largest difference of the tangent from central differences, relative to its largest entry.
 fn tangent_error(body: &mut Body, u: &[f64], step: f64) -> f64 {
     let mut out = Evaluation::default();
-    settle(body, u, &mut out);
+    converge_modes(body, u, &mut out);
     let pattern = body.pattern().clone();
     let largest = out.tangent.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let (mut plus, mut minus) = (Evaluation::default(), Evaluation::default());
@@ -162,7 +162,7 @@ fn plastic_tangent_is_the_derivative_of_the_force() {
         let mut body = Body::new(distorted(), kind, Arc::clone(law)).unwrap();
         let mut out = Evaluation::default();
         let before: Vec<f64> = pseudo_random(3, 24).iter().map(|x| 0.02 * x).collect();
-        settle(&mut body, &before, &mut out);
+        converge_modes(&mut body, &before, &mut out);
         body.commit();
         let plastic = |body: &Body| body.element_states().unwrap()[0].mean.plastic_strain;
         let start = plastic(&body);
@@ -175,15 +175,15 @@ fn plastic_tangent_is_the_derivative_of_the_force() {
     }
 }
 
-/// Restoring and a round trip through bytes repeat the forces to the bit.
+/// After restoring, or a round trip through bytes, the forces are bit-identical.
 #[test]
-fn restored_and_imported_states_repeat_to_the_bit() {
+fn restored_and_imported_states_are_bit_identical() {
     for kind in ALL {
-        repeats_to_the_bit(kind);
+        check_bit_identity(kind);
     }
 }
 
-fn repeats_to_the_bit(kind: ElementKind) {
+fn check_bit_identity(kind: ElementKind) {
     let mesh = hex_mesh::rectangle(3.0, 2.0, 0.8, 3, 2, 2);
     let count = 3 * mesh.nodes.len();
     let mut body = Body::new(mesh.clone(), kind, sheet()).unwrap();
@@ -206,7 +206,7 @@ fn repeats_to_the_bit(kind: ElementKind) {
 }
 
 #[test]
-fn threads_do_not_change_the_bits() {
+fn results_do_not_depend_on_threads() {
     let mesh = hex_mesh::rectangle(9.0, 7.0, 0.8, 9, 7, 2);
     let u: Vec<f64> = pseudo_random(2, 3 * mesh.nodes.len()).iter().map(|x| 0.02 * x).collect();
     let run = |kind: ElementKind, threads: usize| {

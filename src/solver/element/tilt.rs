@@ -1,25 +1,28 @@
-//! Stiffness against fibres that tilt by turns under pressure through the thickness.
+//! Hourglass stabilisation against alternating tilt of thickness fibres under through-thickness pressure.
 //!
-//! An element that bends without locking takes its transverse shear from places where a fibre that leans to one side at one
-//! end and to the other side at the other shears nothing: that is bending to it. Pressure `p` through the thickness gains
-//! `½ p h θ²` an area by such a tilt `θ`, as it shortens the fibres; bending costs `½ E_t h³ θ² / (3 a²)` over elements of
-//! length `a`, which is less once the sheet flows and `p > E_t h² / (3 a²)`. No sheet folds so: its shear forbids it. The
-//! element adds to the strains `γ` of such patterns the stiffness that it lacks for each of them to cost [`MIN_STIFFNESS_RATIO`] times what
-//! the pressure gains by it. It lacks none where it is elastic under pressures far below its modulus, and hardly any where
-//! it flows but is pressed from one side, as where it is drawn over a radius (docs/theory/element.md).
+//! An element that bends without locking takes its transverse shear from points where alternating tilt of the fibres
+//! causes none: to the element this tilt is bending. A pressure `p` through the thickness `h` gains `½ p h θ²` per
+//! area by a tilt `θ`, since the tilt shortens the fibres. Bending costs `½ E_t h³ θ² / (3 a²)` with elements of
+//! length `a`. Once the sheet yields and `p > E_t h² / (3 a²)`, the mode is unstable. In a real sheet the transverse
+//! shear prevents it.
 //!
-//! With `a_I` the middle and `d_I` half of fibre `I`, `b_1 = ∂a/∂ξ` and `b_2 = ∂a/∂η` at the centre and `H` a fourth of the sum
-//! over the fibres with signs by turns:
+//! The element adds a stiffness to the strains `γ` of these hourglass patterns. The total stiffness of each pattern
+//! is at least [`MIN_STIFFNESS_RATIO`] times the gain of the pressure. Nothing is added where the element is elastic
+//! and the pressure is far below its modulus. The addition is small where the element yields but is pressed from one
+//! side only, as on a die radius (docs/theory/element.md).
+//!
+//! `a_I` is the midpoint and `d_I` half of fibre `I`; `b_1 = ∂a/∂ξ` and `b_2 = ∂a/∂η` at the centre. `H` is one
+//! fourth of the sum over the fibres with alternating signs.
 //!
 //! | pattern | `γ` |
 //! |---|---|
 //! | bending along ξ and along η | `b_1·∂d/∂ξ`, `b_2·∂d/∂η` |
-//! | from corner to corner | `b_1·H d`, `b_2·H d` |
+//! | diagonal | `b_1·H d`, `b_2·H d` |
 //! | twisting | `b_1·∂d/∂η`, `b_2·∂d/∂ξ` |
 //!
-//! Their stresses `τ = (P/P_0) τ_0 + s Δγ` go on from those of the last balance, `P = -∫ S³³ dV` being what the pressure gains:
-//! a tilt that was there before pressure came is left alone, one that came with it is held in proportion to it, and nothing is
-//! left once it has gone. The tangent is that of `s` and `P` as they are.
+//! The stresses of the patterns follow `τ = (P/P_0) τ_0 + s Δγ` from the last equilibrium; `P = -∫ S³³ dV` is the
+//! gain of the pressure. A tilt that precedes the pressure causes no stress. A tilt under pressure is resisted in
+//! proportion to it, and the stress vanishes with the pressure. The tangent treats `s` and `P` as constant.
 
 use nalgebra::{Matrix6, Vector6};
 
@@ -27,39 +30,40 @@ use super::kernels::Row;
 use super::{DOFS, ElementInput, ElementMatrices, Want, compatible};
 use crate::geometry::Vec3;
 
-/// One number of each pattern, and a symmetric one of each pair.
+/// One value for each pattern, and a symmetric matrix over the patterns.
 type Strains = Vector6<f64>;
 type Stiffness = Matrix6<f64>;
 
-/// Patterns.
+/// Number of hourglass patterns.
 const PATTERNS: usize = 6;
-/// Signs of a pattern, by fibre.
+/// Signs of the fibre differences `∂/∂ξ`, `∂/∂η`, `H`, by fibre.
 const SIGNS: [[f64; 4]; 3] =
     [[-1.0, 1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0], [1.0, -1.0, 1.0, -1.0]];
-/// Of each pattern: the base vector it goes along, and its signs.
-const GOES: [(usize, usize); PATTERNS] = [(0, 0), (1, 1), (0, 2), (1, 2), (0, 1), (1, 0)];
+/// For each pattern: index of its base vector and of its signs.
+const PATTERN_INDICES: [(usize, usize); PATTERNS] =
+    [(0, 0), (1, 1), (0, 2), (1, 2), (0, 1), (1, 0)];
 
-/// What a pattern has to cost, besides what the pressure gains by it, over that. At less, fibres that friction tilts are driven
-/// on; at more, layers that friction shears are held as well.
+/// Minimum stiffness of a pattern, in addition to the gain of the pressure, over that gain. Below 1, fibres tilted by
+/// friction continue to tilt. Above 1, through-thickness shear due to friction is resisted as well.
 const MIN_STIFFNESS_RATIO: f64 = 1.0;
-/// Gain over the element's stiffness from which it is looked at.
+/// Gain of the pressure over the trace of the element stiffness below which no stabilisation is computed.
 const GAIN_TOLERANCE_REL: f64 = 1e-6;
 
-/// Stored values: `γ` and `τ` of the patterns, what is added to their stiffness; the work done against `τ` since the
-/// beginning [N mm]; and `P` [N/mm].
-pub(crate) const RECORD: usize = WORK + 2;
+/// Number of stored values: `γ` and `τ` of the patterns, their added stiffness, the work of `τ` since the start
+/// [N mm], and `P` [N/mm].
+pub(crate) const RECORD_LEN: usize = WORK + 2;
 const STRESS: usize = PATTERNS;
 const STIFFNESS: usize = 2 * PATTERNS;
 const WORK: usize = STIFFNESS + PATTERNS * PATTERNS;
 const GAIN: usize = WORK + 1;
 
-/// An element's middle and fibres where they have moved to.
+/// Base vectors and fibres of an element in the current configuration.
 struct Fibres {
     /// `b_1, b_2`.
     base: [Vec3; 2],
     /// `∂d/∂ξ, ∂d/∂η, H d`.
     change: [Vec3; 3],
-    /// Mean of the fibres.
+    /// Mean of the half fibres.
     mean: Vec3,
 }
 
@@ -84,12 +88,12 @@ impl Fibres {
     }
 
     fn strains(&self) -> [f64; PATTERNS] {
-        GOES.map(|(along, signs)| self.base[along].dot(&self.change[signs]))
+        PATTERN_INDICES.map(|(along, signs)| self.base[along].dot(&self.change[signs]))
     }
 
-    /// Derivatives of the strains by the nodal displacements.
+    /// Derivatives of the strains with respect to the nodal displacements.
     fn derivatives(&self) -> [Row; PATTERNS] {
-        GOES.map(|(along, signs)| {
+        PATTERN_INDICES.map(|(along, signs)| {
             let (base, change) = (self.base[along], self.change[signs]);
             std::array::from_fn(|dof| {
                 let (node, i) = (dof / 3, dof % 3);
@@ -100,7 +104,7 @@ impl Fibres {
         })
     }
 
-    /// Adds force and tangent of patterns with this stress and stiffness.
+    /// Adds force and tangent of patterns with the given stress and stiffness.
     fn add(&self, stress: &Strains, stiffness: &Stiffness, want: Want, out: &mut ElementMatrices) {
         let rows = self.derivatives();
         for (row, stress) in rows.iter().zip(stress.iter()) {
@@ -118,77 +122,79 @@ impl Fibres {
                     let one = SIGNS[along][a % 4] * side(b) * SIGNS[signs][b % 4];
                     one + side(a) * SIGNS[signs][a % 4] * SIGNS[along][b % 4]
                 };
-                let value: f64 = (0..PATTERNS).map(|k| stress[k] * mixed(GOES[k])).sum();
+                let value: f64 = (0..PATTERNS).map(|k| stress[k] * mixed(PATTERN_INDICES[k])).sum();
                 (0..3).for_each(|i| out.tangent[3 * a + i][3 * b + i] += value / 64.0);
             }
         }
     }
 
-    /// Directions into which fibres tilt along ξ without shear along η, and the other way round.
-    fn ways(&self) -> Option<[Vec3; 2]> {
+    /// Directions in which fibres tilt along ξ without shear along η, and vice versa. `None` for degenerate fibres.
+    fn tilt_directions(&self) -> Option<[Vec3; 2]> {
         let [b1, b2] = self.base;
         Some([b2.cross(&self.mean).try_normalize(0.0)?, self.mean.cross(&b1).try_normalize(0.0)?])
     }
 }
 
-/// Displacements of the nodes in each pattern, fibres tilting by one into `ways`.
-fn tilted(ways: &[Vec3; 2]) -> [Row; PATTERNS] {
-    GOES.map(|(along, signs)| {
+/// Nodal displacements of each pattern at unit tilt along `directions`.
+fn pattern_displacements(tilt_directions: &[Vec3; 2]) -> [Row; PATTERNS] {
+    PATTERN_INDICES.map(|(along, signs)| {
         std::array::from_fn(|dof| {
             let node = dof / 3;
             let side = if node < 4 { -1.0 } else { 1.0 };
-            side * SIGNS[signs][node % 4] * ways[along][dof % 3]
+            side * SIGNS[signs][node % 4] * tilt_directions[along][dof % 3]
         })
     })
 }
 
-/// The stiffness that the element lacks, row by row, `gain` being `-∫ S³³ dV` [N/mm].
-fn lacking(tangent: &[Row; DOFS], fibres: &Fibres, gain: f64) -> Stiffness {
+/// Added stiffness of the patterns [N/mm] that raises each eigenvalue to the minimum; `pressure_gain` is `-∫ S³³ dV` [N/mm].
+fn missing_stiffness(tangent: &[Row; DOFS], fibres: &Fibres, pressure_gain: f64) -> Stiffness {
     let diagonal: f64 = (0..DOFS).map(|dof| tangent[dof][dof].abs()).sum();
-    let Some(ways) = fibres.ways().filter(|_| gain > GAIN_TOLERANCE_REL * diagonal) else {
+    let Some(tilt_directions) =
+        fibres.tilt_directions().filter(|_| pressure_gain > GAIN_TOLERANCE_REL * diagonal)
+    else {
         return Stiffness::zeros();
     };
-    let patterns = tilted(&ways);
+    let patterns = pattern_displacements(&tilt_directions);
     let dot = |a: &Row, b: &Row| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
     let mut costs = Stiffness::zeros();
     for (k, pattern) in patterns.iter().enumerate() {
         let forces: Row = std::array::from_fn(|dof| dot(&tangent[dof], pattern));
         (0..PATTERNS).for_each(|l| costs[(l, k)] = dot(&patterns[l], &forces));
     }
-    let least = MIN_STIFFNESS_RATIO * gain;
-    let spare = 0.5 * (costs + costs.transpose()) - Stiffness::identity() * least;
-    if spare.cholesky().is_some() {
+    let minimum = MIN_STIFFNESS_RATIO * pressure_gain;
+    let surplus = 0.5 * (costs + costs.transpose()) - Stiffness::identity() * minimum;
+    if surplus.cholesky().is_some() {
         return Stiffness::zeros();
     }
-    let eigen = spare.symmetric_eigen();
-    let lacks = eigen.eigenvalues.map(|value| (-value).max(0.0));
-    let lift =
-        eigen.eigenvectors * Stiffness::from_diagonal(&lacks) * eigen.eigenvectors.transpose();
-    // Strains of the patterns as they tilt by one.
-    let lengths = GOES.map(|(along, _)| fibres.base[along].dot(&ways[along]));
-    Stiffness::from_fn(|k, l| lift[(k, l)] / (lengths[k] * lengths[l]))
+    let eigen = surplus.symmetric_eigen();
+    let missing = eigen.eigenvalues.map(|value| (-value).max(0.0));
+    let added =
+        eigen.eigenvectors * Stiffness::from_diagonal(&missing) * eigen.eigenvectors.transpose();
+    // Strains of the patterns at unit tilt.
+    let lengths = PATTERN_INDICES.map(|(along, _)| fibres.base[along].dot(&tilt_directions[along]));
+    Stiffness::from_fn(|k, l| added[(k, l)] / (lengths[k] * lengths[l]))
 }
 
-/// Adds to `out`, which holds the force and tangent of the element so far, what keeps its fibres from tilting by turns; `new`
-/// is the record of the last evaluation and takes that of this one.
-pub(crate) fn steady(input: &ElementInput<'_>, new: &mut [f64], out: &mut ElementMatrices) {
-    let old = &input.old_record[input.old_record.len() - RECORD..];
+/// Adds force, tangent and work of the hourglass stabilisation to `out`, which holds those of the element. `new` is
+/// the record of the previous evaluation on entry and of this one on return.
+pub(crate) fn stabilise(input: &ElementInput<'_>, new: &mut [f64], out: &mut ElementMatrices) {
+    let old = &input.old_record[input.old_record.len() - RECORD_LEN..];
     let fibres = Fibres::new(input);
-    let gain = -out.through;
+    let pressure_gain = -out.thickness_force;
     if input.want == Want::ResidualAndTangent {
-        let lacks = lacking(&out.tangent, &fibres, gain);
-        new[STIFFNESS..WORK].copy_from_slice(lacks.as_slice());
+        let missing = missing_stiffness(&out.tangent, &fibres, pressure_gain);
+        new[STIFFNESS..WORK].copy_from_slice(missing.as_slice());
     }
     let stiffness = Stiffness::from_column_slice(&new[STIFFNESS..WORK]);
     let strains = fibres.strains();
     let change = Strains::from_fn(|k, _| strains[k] - old[k]);
-    let left = if old[GAIN] > 0.0 { (gain / old[GAIN]).max(0.0) } else { 0.0 };
+    let pressure_ratio = if old[GAIN] > 0.0 { (pressure_gain / old[GAIN]).max(0.0) } else { 0.0 };
     let before = Strains::from_column_slice(&old[STRESS..STIFFNESS]);
-    let stress = before * left + stiffness * change;
+    let stress = before * pressure_ratio + stiffness * change;
     let work = old[WORK] + 0.5 * (before + stress).dot(&change);
     new[..STRESS].copy_from_slice(&strains);
     new[STRESS..STIFFNESS].copy_from_slice(stress.as_slice());
-    (new[WORK], new[GAIN]) = (work, gain);
+    (new[WORK], new[GAIN]) = (work, pressure_gain);
     out.artificial_work = work;
     if stress != Strains::zeros() || stiffness != Stiffness::zeros() {
         fibres.add(&stress, &stiffness, input.want, out);
@@ -205,7 +211,7 @@ mod tests {
 
     const SHELL: ElementKind = ElementKind::SolidShell { points: 5, membrane: true };
 
-    /// A distorted element, 3 mm wide and 0.8 mm thick, of steel, and what it keeps.
+    /// A distorted element of steel, 3 mm wide and 0.8 mm thick, with its state.
     struct Element {
         kind: ElementKind,
         nodes: [Vec3; 8],
@@ -241,7 +247,7 @@ mod tests {
             out
         }
 
-        /// Moved by a gradient, and bent to a curvature along x [1/mm], its modes settled.
+        /// Displaced by a deformation gradient and bent to a curvature along x [1/mm], modes converged.
         fn moved(&mut self, gradient: &Mat3, curvature: f64) -> ([f64; DOFS], ElementMatrices) {
             let u: [f64; DOFS] = std::array::from_fn(|dof| {
                 let x = self.nodes[dof / 3];
@@ -253,7 +259,7 @@ mod tests {
         }
 
         fn record(&self) -> &[f64] {
-            &self.now[self.now.len() - RECORD..]
+            &self.now[self.now.len() - RECORD_LEN..]
         }
     }
 
@@ -262,12 +268,12 @@ mod tests {
     }
 
     #[test]
-    fn a_pressed_element_holds_its_fibres() {
+    fn a_pressed_element_is_stabilised() {
         for kind in [SHELL, ElementKind::Hex8Enhanced] {
             let mut element = Element::new(kind);
             let (u, out) = element.moved(&pressed(0.1), 0.01);
-            let gain = element.record()[GAIN];
-            assert!(gain > 0.0, "{kind:?}");
+            let pressure_gain = element.record()[GAIN];
+            assert!(pressure_gain > 0.0, "{kind:?}");
             let input = ElementInput {
                 material: element.steel.as_ref(),
                 nodes: &element.nodes,
@@ -276,24 +282,24 @@ mod tests {
                 old_record: &[],
                 want: Want::Residual,
             };
-            let patterns = tilted(&Fibres::new(&input).ways().unwrap());
+            let patterns = pattern_displacements(&Fibres::new(&input).tilt_directions().unwrap());
             let costs = Stiffness::from_fn(|k, l| {
                 let forces =
                     out.tangent.map(|row| (0..DOFS).map(|i| row[i] * patterns[l][i]).sum());
                 let forces: Row = forces;
                 (0..DOFS).map(|i| patterns[k][i] * forces[i]).sum()
             });
-            let least = costs.symmetric_eigenvalues().min();
+            let minimum = costs.symmetric_eigenvalues().min();
             assert!(
-                (least / gain - MIN_STIFFNESS_RATIO).abs() < 0.1 * MIN_STIFFNESS_RATIO,
+                (minimum / pressure_gain - MIN_STIFFNESS_RATIO).abs() < 0.1 * MIN_STIFFNESS_RATIO,
                 "{kind:?}: {}",
-                least / gain
+                minimum / pressure_gain
             );
         }
     }
 
     #[test]
-    fn an_element_that_nothing_presses_is_as_it_was() {
+    fn an_element_without_pressure_is_not_stabilised() {
         let stretched = Mat3::from_diagonal(&Vec3::new(1.1, 0.96, 0.95));
         let bent = Mat3::from_diagonal(&Vec3::new(1.02, 1.0, 0.98));
         for (kind, gradient, curvature) in [
@@ -317,7 +323,7 @@ mod tests {
             let mut element = Element::new(kind);
             element.moved(&pressed(0.1), 0.0);
             element.before.clone_from(&element.now);
-            let at = element.now.len() - RECORD;
+            let at = element.now.len() - RECORD_LEN;
             element.before[at + STRESS..at + STIFFNESS].fill(0.0);
             let (u, out) = element.moved(&pressed(0.12), 0.02);
             assert!(element.record()[STRESS] != 0.0);
@@ -340,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn strains_do_not_see_a_rotation_and_have_these_derivatives() {
+    fn strains_are_rotation_invariant_with_exact_derivatives() {
         let element = Element::new(SHELL);
         let fibres = |u: &[f64; DOFS]| {
             Fibres::new(&ElementInput {

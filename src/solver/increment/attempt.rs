@@ -1,4 +1,5 @@
-//! One increment tried: predict, set tools and loads, solve; then accept it with its work, or restore.
+//! One attempt at an increment: predict, set tools and loads, solve. The state is then accepted with its work, or
+//! restored.
 
 use super::loose_sheet::{Way, carry, lay};
 use crate::geometry::Vec3;
@@ -11,7 +12,7 @@ use crate::solver::stage::start::{add_loads, set_targets};
 use crate::solver::stage::state::{Committed, Simulation};
 use crate::solver::system::system::System;
 
-/// Solves the increment from one share of the stage to another; the caller accepts or restores.
+/// Solves the increment between two fractions of the stage; the caller accepts or restores the state.
 pub(in crate::solver) fn attempt(
     sim: &mut Simulation,
     plan: &Plan,
@@ -50,8 +51,9 @@ pub(in crate::solver) fn attempt(
     checked(&sim.sys, found)
 }
 
-/// Goes back to the last balance within an attempt, before which `kept` iterates were on record: a sheet that is followed has
-/// those of its motion there, by which that ends.
+/// Restores the last equilibrium within an attempt. Records after the first `kept` are removed from the history. For
+/// a sheet followed as a viscous motion, the records of that motion remain, since they count towards its limit of
+/// iterations.
 fn begin_anew(sim: &mut Simulation, kept: usize) {
     sim.summary.iterations += sim.history.len().saturating_sub(kept + 1);
     sim.history.truncate(kept);
@@ -60,7 +62,7 @@ fn begin_anew(sim: &mut Simulation, kept: usize) {
     sim.sys.expect_as_last();
 }
 
-/// Sets tools and loads to where an increment ends.
+/// Sets tools and loads to the end of the increment.
 fn aim(sim: &mut Simulation, plan: &Plan, target: f64) {
     let stage = &sim.stages[plan.stage];
     set_targets(&mut sim.sys, stage, plan, target, sim.share);
@@ -70,7 +72,7 @@ fn aim(sim: &mut Simulation, plan: &Plan, target: f64) {
     applied.iter_mut().zip(push).for_each(|(applied, push)| *applied += push);
 }
 
-/// A balance, if it is one that the sheet can come to.
+/// Returns an equilibrium only if no element is inverted and no node has passed through a tool.
 fn checked(sys: &System, found: NewtonStats) -> Result<NewtonStats, NewtonError> {
     sys.body.not_inside_out(&sys.u)?;
     match sys.passed_through() {
@@ -79,8 +81,8 @@ fn checked(sys: &System, found: NewtonStats) -> Result<NewtonStats, NewtonError>
     }
 }
 
-/// Starts the iteration where the last increment, repeated in proportion, would lead; that proportion, where the
-/// material can be foreseen too.
+/// Extrapolates the last increment in proportion to the step. Returns the ratio of the steps if the strains can be
+/// predicted too.
 fn predict(sys: &mut System, committed: &Committed, step: f64) -> Option<f64> {
     let (last_step, du, dtravel) = committed.last.as_ref()?;
     let factor = step / last_step;
@@ -91,8 +93,8 @@ fn predict(sys: &mut System, committed: &Committed, step: f64) -> Option<f64> {
     sys.body.can_foresee().then_some(factor)
 }
 
-/// Makes the present iterate the last converged state; `step`: share of the stage that led there, for the predictor. Whether
-/// the sheet has jumped to it.
+/// Makes the current iterate the last converged state; `step` is the fraction of the stage that led to it, for the
+/// predictor. Returns whether a snap-through occurred.
 pub(in crate::solver) fn accept(sim: &mut Simulation, step: Option<f64>) -> bool {
     let forces = sim.sys.candidate_forces();
     let jumped = add_work(sim, &forces);
@@ -110,8 +112,8 @@ pub(in crate::solver) fn accept(sim: &mut Simulation, step: Option<f64>) -> bool
     jumped
 }
 
-/// A sheet that nothing holds lies where it comes nearest to where the stage found it, not where the supports that were
-/// chosen for it have it.
+/// Moves an unconstrained sheet as a rigid body to the position closest to that at the start of the stage, so that
+/// the choice of its supports has no effect.
 pub(in crate::solver) fn lay_down(sim: &mut Simulation, plan: &Plan) {
     let sys = &mut sim.sys;
     if !plan.is_free() || sys.applied.iter().any(|&force| force != 0.0) {
@@ -132,7 +134,7 @@ pub(in crate::solver) fn lay_down(sim: &mut Simulation, plan: &Plan) {
     sim.committed = Committed::of(sys);
 }
 
-/// Goes back to the last converged state.
+/// Restores the last converged state.
 pub(in crate::solver) fn restore(sim: &mut Simulation) {
     let (sys, old) = (&mut sim.sys, &sim.committed);
     sys.regime.release();

@@ -1,4 +1,4 @@
-//! Increments of a stage: tried, cut and tried again, followed past limit points.
+//! Increments of a stage: attempts, step cuts, and continuation past limit points.
 
 use super::attempt::{accept, attempt, lay_down, restore};
 use super::limit_point::relax;
@@ -14,15 +14,16 @@ use crate::solver::stage::start::{begin, let_go};
 use crate::solver::stage::state::{Simulation, UnderWay};
 use crate::solver::stage::step_size::{Endurance, Pace};
 
-/// Steps shorter than this share of a stage's first one are taken for the approach to a limit point, and the next
-/// balance is sought this share of the first step beyond it.
+/// Step over the first one of the stage below which a limit point is assumed, and distance beyond it, over the first
+/// step, at which the next equilibrium is computed.
 const LIMIT_POINT_STEP_RATIO: f64 = 0.02;
 const STEP_BEYOND_RATIO: f64 = 0.1;
 
-/// Attempts at an increment in which dampers led to no balance, after which there are none: a shorter step meets the same.
+/// Attempts in which viscous stabilisation did not converge, after which it is not used: shorter steps have the same
+/// difficulty.
 const MAX_STABILISED_ATTEMPTS: usize = 2;
 
-/// Makes one increment, beginning the next stage where one has ended; false when all stages are done.
+/// Computes one increment and starts the next stage when one has ended; returns false when all stages are done.
 pub(in crate::solver) fn advance(
     sim: &mut Simulation,
     observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
@@ -38,7 +39,7 @@ pub(in crate::solver) fn advance(
     let iterations = match increment(sim, &mut now) {
         Ok(stats) => stats.iterations,
         Err(error) => {
-            // The stage stays under way at its last balance, from which it may be tried again.
+            // The stage remains at its last equilibrium, from which it may be continued.
             now.pace = pace;
             sim.under_way = Some(now);
             return Err(error);
@@ -58,23 +59,25 @@ pub(in crate::solver) fn advance(
     Ok(true)
 }
 
-/// What has been tried of an increment.
+/// Attempts made at an increment.
 #[derive(Default)]
 struct Tried {
     /// The sheet was followed past a limit point.
     followed: bool,
-    /// Attempts in which dampers led to no balance.
+    /// Attempts in which viscous stabilisation did not converge.
     lost: usize,
-    /// The pace at which a balance was found that does not last.
+    /// Step-size control at the first equilibrium that was unstable or reached by a snap-through.
     doubted: Option<Pace>,
 }
 
-/// Whether a balance is taken as it is: where the way there may have passed by another it is sought.
+/// Whether an equilibrium is accepted as it is: it is stable and was reached without a jump, or no other branch is
+/// searched for.
 fn is_taken(found: Found, now: &UnderWay, tried: &Tried) -> bool {
     tried.followed || found.near && found.lasts || !now.doubt.may_find_another()
 }
 
-/// Tries shorter and shorter steps until one ends in a balance that lasts; past a limit point, the way to the next balance.
+/// Reduces the step until an increment ends in a stable equilibrium; past a limit point, follows the sheet to the
+/// next equilibrium.
 fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, SimulationError> {
     if now.plan.lets_go_at().is_some_and(|at| at <= now.share) {
         go_on_without(sim, now)?;
@@ -112,20 +115,20 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
     }
 }
 
-/// How an attempt at an increment ended.
+/// Result of an attempt at an increment.
 enum Attempt {
-    /// In a balance that is accepted.
+    /// Accepted equilibrium.
     Accepted(NewtonStats),
-    /// In a balance that is not accepted as it is.
+    /// Equilibrium that is unstable or was reached by a jump, not accepted so far.
     Refused(Found),
-    /// In no balance.
+    /// No equilibrium.
     NotConverged(SimulationError),
 }
 
-/// Makes one attempt at an increment that ends at `target`, and accepts the balance where it may.
+/// Makes one attempt at an increment that ends at `target`, and accepts the equilibrium if admissible.
 ///
 /// # Errors
-/// [`SimulationError::Stopped`] where that is requested before the balance is judged.
+/// [`SimulationError::Stopped`] if cancellation is requested before the stability test.
 fn attempt_and_judge(
     sim: &mut Simulation,
     now: &mut UnderWay,
@@ -137,7 +140,7 @@ fn attempt_and_judge(
     sim.history.clear();
     match attempt(sim, &now.plan, [share, target], patience) {
         Ok(stats) => {
-            // What is interrupted says nothing of whether the balance lasts.
+            // An interrupted stability test gives no result.
             let found = Found { lasts: sim.sys.lasts(), near: !jumps(sim) };
             heed(sim)?;
             if !is_taken(found, now, tried) {
@@ -150,13 +153,13 @@ fn attempt_and_judge(
     }
 }
 
-/// Stops where that has been requested.
+/// Returns [`SimulationError::Stopped`] if cancellation was requested.
 fn heed(sim: &Simulation) -> Result<(), SimulationError> {
     let increment = sim.summary.increments;
     if sim.sys.cancel.is_requested() { Err(SimulationError::Stopped { increment }) } else { Ok(()) }
 }
 
-/// Lets the tools go that have gone back with the sheet so far, at the share of the stage that is done.
+/// Releases tools that have moved back with the sheet, at the current fraction of the stage.
 fn go_on_without(sim: &mut Simulation, now: &mut UnderWay) -> Result<(), SimulationError> {
     let_go(sim, &mut now.plan, now.share)?;
     now.pace = pace_of(sim, now.plan.stage);
@@ -168,8 +171,8 @@ fn pace_of(sim: &Simulation, stage: usize) -> Pace {
     Pace::new(first_step, largest_step, sim.limits.wanted_iterations)
 }
 
-/// After an attempt that ended at `target`, in no balance or in one that was not taken: makes the next one shorter, or
-/// follows the sheet to its next balance.
+/// After an attempt up to `target` without an accepted equilibrium: reduces the step, or follows the sheet to its
+/// next equilibrium.
 fn try_again(
     sim: &mut Simulation,
     now: &mut UnderWay,
@@ -181,7 +184,7 @@ fn try_again(
     if refused.is_some() {
         tried.doubted.get_or_insert_with(|| now.pace.clone());
     }
-    // Shorter steps lead nowhere from a balance that does not last itself.
+    // From an unstable equilibrium shorter steps do not help.
     let at_once = now.plan.lets_go(&sim.stages) || !now.doubt.lasted;
     let follow = refused.is_some_and(|found| !found.lasts) && at_once;
     if !follow {
@@ -198,13 +201,13 @@ fn try_again(
     if found.is_none()
         && let Some(pace) = tried.doubted.take()
     {
-        // What was doubted is taken.
+        // The refused equilibrium will be accepted.
         now.pace = pace;
     }
     found
 }
 
-/// Takes the balance found at this share of the stage.
+/// Accepts the equilibrium at `target`.
 fn take(sim: &mut Simulation, now: &mut UnderWay, target: f64, stats: &NewtonStats, found: Found) {
     let as_before = !sim.stages[now.plan.stage].turns(target);
     sim.energies.left_behind += work_left_behind(sim, &now.plan, [now.share, target]);
@@ -217,9 +220,9 @@ fn take(sim: &mut Simulation, now: &mut UnderWay, target: f64, stats: &NewtonSta
     now.pace.went_well(stats.iterations);
 }
 
-/// Follows the sheet to the next balance past a limit point, or to a balance that lasts. Tools that are let go stay behind
-/// as forces that fall to nothing, and forces that no tool guides can fold a sheet as tools never would: it is then
-/// followed to where it lies without any, where it comes to rest. `lasting`: a balance that does not last is none.
+/// Follows the sheet past a limit point to the next equilibrium. Released tools are replaced by forces that decrease
+/// to zero; such forces, not guided by a tool, may fold a sheet as tools would not. The sheet is then followed to its
+/// equilibrium without any force. With `lasting` only a stable equilibrium is accepted.
 fn past_limit_point(
     sim: &mut Simulation,
     now: &mut UnderWay,
@@ -246,7 +249,8 @@ fn past_limit_point(
     None
 }
 
-/// Begins the next stage; `observer` sees the start of the first. It is under way also where the observer stops the run there.
+/// Starts the next stage; `observer` receives the start of the first one. The stage is active even if the observer
+/// stops the run there.
 fn begin_stage(
     sim: &mut Simulation,
     observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,

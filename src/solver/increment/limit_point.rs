@@ -1,7 +1,10 @@
-//! Past a limit point. A sheet that snaps (oil-canning when it is let go, a buckle) has no balance near its last one. It
-//! is followed to the next as a slow viscous motion at constant loads and tools, with ever less damping, until it is in
-//! balance without any. The energy set free is what is left over, and is reported; no state accepted here has damping in it.
-//! Where the balance it comes to does not last it is pushed along the motion in which it gives way, and followed again.
+//! Continuation past a limit point.
+//!
+//! After a snap-through (oil-canning on release, buckling) no equilibrium exists near the last one. The sheet is
+//! followed as a slow viscous motion at constant loads and tools, with decreasing damping, until it is in equilibrium
+//! without damping. The released elastic energy is the remainder of the energy balance and is reported. No accepted
+//! state contains damping. If the equilibrium is unstable, the sheet is perturbed along its softest motion and
+//! followed again.
 
 use super::attempt::{accept, attempt, restore};
 use crate::geometry::{Aabb, Vec3};
@@ -18,29 +21,31 @@ use crate::solver::system::softest_motion::Push;
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 
-/// Iterations after which a step has failed.
+/// Maximum iterations of a step.
 const MAX_STEP_ITERATIONS: usize = 12;
-/// Force of the dampers, over the largest before, at which the motion is all but over.
+/// Damping force over its previous maximum below which the motion has almost ended.
 const MOTION_OVER_RATIO: f64 = 1e-3;
-/// Force of the dampers, over what the sheet carried before, at which it is the dampers that tools which go ahead push
-/// against: a step of the tools that the sheet cannot follow dents it.
+/// Damping force over the last internal force above which a continuation step is rejected: advancing tools would work
+/// against the dampers and dent the sheet.
 const DAMPING_FORCE_RATIO_MAX: f64 = 2.0;
-/// Damping at which a step hardly moves any node: one that fails there fails however it is held back.
+/// Damping over the stiffness of the mesh at which a step hardly moves any node; failure at this value is not due to
+/// the damping.
 const MAX_STIFFNESS: f64 = 100.0;
-/// Damping of a sheet that is pushed, over that at which the push would neither grow nor fall, at least: with less than that it
-/// would go the other way.
+/// Minimum damping of a perturbed sheet over the damping at which the perturbation neither grows nor decays. With
+/// less damping the sheet would move in the opposite direction.
 const PUSH_STIFFNESS_RATIO: f64 = 2.0;
-/// Pushes in a row: of a balance on which the sheet gives way in several motions.
+/// Maximum number of successive perturbations, for an equilibrium that is unstable in several motions.
 const MAX_PUSHES: usize = 3;
-/// Way of a node over the size of the sheet before which it comes to rest, if at all: nothing balances one that runs away.
+/// Maximum displacement of a node over the size of the sheet; beyond it the motion has no equilibrium.
 const RUNAWAY_REL: f64 = 1.0;
 
-/// Goes from the last balance to the next one at share `target` of the stage, however far that is; also whether that lasts,
-/// as it has to where it is to be `lasting`. `from`: the share of the last one, if there is a balance near it that only does
-/// not last: the sheet is pushed out of that then, as it would be dented by a motion that its dampers hold back.
+/// Follows the sheet from the last equilibrium to the next one at the fraction `target` of the stage, at any
+/// distance. Also returns whether it is stable, as required with `lasting`. `from` is the fraction of the last
+/// equilibrium if an unstable equilibrium exists near it. The sheet is then perturbed from there, since a motion
+/// slowed by dampers would dent it.
 ///
 /// # Errors
-/// [`NewtonError::StillMoving`]; the last converged state is back. `sim.history` must be empty before.
+/// [`NewtonError::StillMoving`]; the last converged state is restored. `sim.history` must be empty on entry.
 pub(in crate::solver) fn relax(
     sim: &mut Simulation,
     plan: &Plan,
@@ -57,11 +62,11 @@ pub(in crate::solver) fn relax(
         }
         buckle(sim, plan, target, endurance.iterations).map(|more| (stats.and(more), true))
     });
-    // Whether a balance lasts is not known where that was interrupted.
+    // After cancellation the stability is unknown.
     let stopped = sim.sys.cancel.is_requested();
     let found = if stopped { Err(NewtonError::Cancelled) } else { found };
     let Ok((_, lasts)) = found else {
-        // It is of this very set-up.
+        // The state belongs to this model.
         let _ = sim.go_back(before);
         return found;
     };
@@ -78,7 +83,7 @@ pub(in crate::solver) fn relax(
     found
 }
 
-/// Comes to a balance, as an increment does, where it does so without a jump, or as a slow motion.
+/// Finds an equilibrium by a normal increment if it involves no jump, otherwise by a viscous motion.
 fn come_to(
     sim: &mut Simulation,
     plan: &Plan,
@@ -97,7 +102,8 @@ fn come_to(
     follow(sim, plan, target, iterations, None)
 }
 
-/// Whether a balance lasts to which the sheet has come without flowing any more.
+/// Stability of an equilibrium that was reached without further plastic flow, with the plastic tangent at all points
+/// on the yield surface.
 fn lasts_at_rest(sys: &mut System) -> Result<bool, NewtonError> {
     sys.evaluate_at_yield()?;
     let lasts = sys.lasts();
@@ -105,7 +111,7 @@ fn lasts_at_rest(sys: &mut System) -> Result<bool, NewtonError> {
     Ok(lasts)
 }
 
-/// Pushes the sheet out of a balance that does not last until it comes to one that does.
+/// Perturbs the sheet from an unstable equilibrium until it reaches a stable one.
 fn buckle(
     sim: &mut Simulation,
     plan: &Plan,
@@ -129,7 +135,8 @@ fn buckle(
     Err(NewtonError::StillMoving { iterations: sim.history.len() })
 }
 
-/// Follows the sheet from the last balance to one at share `target` of the stage, which is not accepted yet.
+/// Follows the sheet from the last equilibrium to one at the fraction `target` of the stage, which is not accepted
+/// yet.
 fn follow(
     sim: &mut Simulation,
     plan: &Plan,
@@ -141,7 +148,7 @@ fn follow(
     let origin = Origin::of(&sim.committed);
     let mut last = f64::NAN;
     while sim.history.len() < iterations && motion.control.stiffness <= MAX_STIFFNESS {
-        // The motion goes on as it went in the step before, if that was as long.
+        // If the last step had the same damping, its motion is extrapolated.
         if motion.control.stiffness != last {
             sim.committed.forget_last();
         }
@@ -167,14 +174,14 @@ fn follow(
     Err(NewtonError::StillMoving { iterations: sim.history.len() })
 }
 
-/// How a motion under dampers has gone so far.
+/// State of a viscous motion.
 struct DampedMotion {
     control: Continuation,
-    /// Of the steps that converged.
+    /// Statistics of the converged steps.
     stats: NewtonStats,
-    /// Largest force of the dampers at the end of a step [N].
+    /// Largest damping force at the end of a step [N].
     largest: f64,
-    /// Iterations that led to no balance.
+    /// Iterations of steps that did not converge.
     lost: usize,
 }
 
@@ -185,37 +192,38 @@ impl DampedMotion {
         Self { control, stats: NewtonStats::default(), largest: 0.0, lost: 0 }
     }
 
-    /// Takes in a step that converged, in which this force remains in the dampers [N].
+    /// Registers a converged step with the remaining damping force `force` [N].
     fn converged(&mut self, stats: NewtonStats, force: f64) {
         self.control.converged(stats.iterations, force);
         self.stats = std::mem::take(&mut self.stats).and(stats);
         self.largest = force.max(self.largest);
     }
 
-    /// A step did not converge, in this number of iterations.
+    /// Registers a step that did not converge after `iterations`.
     fn failed(&mut self, iterations: usize) {
         self.lost += iterations;
         self.control.failed();
     }
 
-    /// Iterations in which the sheet may come to rest without dampers, whose force is `force` [N], if they may be left out
-    /// yet. Where many iterations lead is not what the motion leads to, unless that is all but over.
+    /// Maximum iterations for an equilibrium without dampers, whose force is `force` [N]; `None` if the dampers must
+    /// not be removed yet. Unless the motion has almost ended, an equilibrium that needs many iterations is not the
+    /// one the motion leads to.
     fn iterations_to_rest(&self, force: f64) -> Option<usize> {
         let over = force <= MOTION_OVER_RATIO * self.largest;
         let most = if over { MAX_STEP_ITERATIONS } else { GOOD_ITERATIONS };
         self.control.may_release().then_some(most)
     }
 
-    /// The sheet did not come to rest without dampers, in this number of iterations.
+    /// Registers that no equilibrium without dampers was found in `iterations`.
     fn release_failed(&mut self, iterations: usize) {
         self.lost += iterations;
         self.control.release_failed();
     }
 }
 
-/// The balance that a motion begins at.
+/// Equilibrium at the start of a motion.
 struct Origin {
-    /// Internal force there [N].
+    /// Norm of the internal force [N].
     carried: f64,
     travels: Vec<f64>,
     u: Vec<f64>,
@@ -227,19 +235,19 @@ impl Origin {
         Self { carried, travels: committed.travels.clone(), u: committed.u.clone() }
     }
 
-    /// Whether the motion leads to no balance: tools go ahead against dampers, whose force is `damping` [N], or the sheet runs
-    /// away.
+    /// Whether the motion leads to no equilibrium: tools advance against dampers with the force `damping` [N], or the
+    /// sheet moves away.
     fn is_lost(&self, sys: &System, damping: f64) -> bool {
         damping > DAMPING_FORCE_RATIO_MAX * self.carried && goes_ahead(sys, &self.travels)
             || is_far(sys, &self.u)
     }
 }
 
-/// Seeks the balance without dampers at `target` in at most this many iterations. Where there is none the last state of the
-/// motion is restored.
+/// Computes the equilibrium without dampers at `target` in at most `most` iterations. On failure the last state of
+/// the motion is restored.
 ///
 /// # Errors
-/// The iterations that led to none.
+/// Number of iterations spent.
 fn come_to_rest(
     sim: &mut Simulation,
     plan: &Plan,
@@ -255,8 +263,8 @@ fn come_to_rest(
     })
 }
 
-/// One step of the motion, which begins with the last one again where that is not forgotten (steps count as one long); force
-/// that remains in the dampers [N].
+/// One step of the viscous motion, extrapolated from the last one if that is known (all steps have length one). Also
+/// returns the remaining damping force [N].
 fn step(
     sim: &mut Simulation,
     plan: &Plan,
@@ -279,8 +287,8 @@ fn step(
     Ok((stats, norm(&damped)))
 }
 
-/// Work of the tools whose travel is given since a balance, by their forces then and now, of the whole process [N mm]. While
-/// dampers hold the sheet back they push against these too, which is no work on the sheet.
+/// Work since an equilibrium of the tools with prescribed travel, by the mean of their forces at both ends, for the
+/// complete process [N mm]. Part of it is done on the dampers, not on the sheet.
 fn work_of_travel(sim: &Simulation, old: &Committed) -> f64 {
     let sys = &sim.sys;
     let given = (0..sys.tools.len()).filter(|&tool| sys.roles[tool] == Role::Travel);
@@ -291,7 +299,7 @@ fn work_of_travel(sim: &Simulation, old: &Committed) -> f64 {
     sim.share * given.map(work).sum::<f64>()
 }
 
-/// Whether a node has moved by more than the sheet is large.
+/// Whether a node has moved by more than the size of the sheet.
 fn is_far(sys: &System, from: &[f64]) -> bool {
     let way = sys.u.chunks_exact(3).zip(from.chunks_exact(3)).map(|(now, before)| {
         (Vec3::from_column_slice(now) - Vec3::from_column_slice(before)).norm()
@@ -299,7 +307,7 @@ fn is_far(sys: &System, from: &[f64]) -> bool {
     way.fold(0.0, f64::max) > RUNAWAY_REL * Aabb::of_points(&sys.body.mesh().nodes).diagonal()
 }
 
-/// Whether a tool whose travel is given is not where it was.
+/// Whether a tool with prescribed travel has moved.
 fn goes_ahead(sys: &System, before: &[f64]) -> bool {
     let given = |tool: usize| sys.roles[tool] == Role::Travel;
     let moved = |tool: usize| sys.tools[tool].travel.to_bits() != before[tool].to_bits();

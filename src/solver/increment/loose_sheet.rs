@@ -1,9 +1,14 @@
-//! A sheet that nothing holds and nothing pushes, carried along by tools that it does not resist: tipped over an edge, lifted,
-//! pushed aside. No force says how it moves, and friction has none to go by. Of all motions that bring it out of its tools'
-//! way it makes the least: the one that light dampers about the last balance lead to, without friction. Between two tools that
-//! may be far, where they shut in what friction would hold: then friction goes by the dampers' forces (its law has no scale).
-//! They bend it a little, so they are set anew where it is until they carry nothing: what is accepted is a balance without them.
-//! A sheet that is pressed, which pushes back by far more than the dampers, goes its way from the last balance as any other.
+//! Motion of an unconstrained sheet.
+//!
+//! A sheet without constraints and loads is carried by tools against which it has no resistance: tipped over an edge,
+//! lifted, pushed aside. Equilibrium does not determine its position, and friction has no normal force. The sheet
+//! moves by the smallest motion that removes penetration: the equilibrium with light dampers about the last one,
+//! without friction.
+//!
+//! Between two tools this motion may be large where friction would hold the sheet. Friction then acts with the
+//! damping forces (its law has no scale). The dampers bend the sheet slightly and are therefore reset at its new
+//! position until they carry nothing: the accepted equilibrium contains none. A sheet that is pressed, with forces
+//! far above those of the dampers, is treated as any other from the last equilibrium.
 
 use crate::geometry::Vec3;
 use crate::solver::contact::candidate::{Candidate, Force};
@@ -17,35 +22,37 @@ use crate::solver::system::regime::Stabilisation;
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 
-/// Stiffness of a node's damper over the mesh's: enough to tell its forces from rounding, and too little to bend the sheet.
+/// Damper stiffness of a node over the stiffness of the mesh: forces are above rounding, and the bending of the sheet
+/// is negligible.
 const LIGHT_STIFFNESS: f64 = 1e-9;
 
-/// Balances with dampers before the sheet is taken to be pressed.
+/// Maximum number of damped equilibria, after which the sheet is taken to be pressed.
 const MAX_PASSES: usize = 8;
 
-/// Force of the tools over that of the dampers at which they press the sheet: levers are shorter.
+/// Force of the tools over that of the dampers above which the tools press the sheet; the ratio exceeds that of any
+/// lever.
 const PRESSED_FORCE_RATIO: f64 = 30.0;
 
-/// Gap of a touching node that its tool has not left, and depth of one that no tool has come to, over the shortest edge.
+/// Gap below which a node is still in contact, and depth below which it does not penetrate, over the shortest edge.
 const TOUCHING_GAP_REL: f64 = 1e-9;
 
-/// Way of a node over that of the tools that is far.
+/// Displacement of a node over that of the tools above which the motion is large.
 const FAR_TRAVEL_RATIO: f64 = 5.0;
 
-/// What has become of a sheet that nothing held or pushed.
+/// Result of the motion of an unconstrained sheet.
 pub(in crate::solver) enum Way {
-    /// It is in balance where its tools have taken it.
+    /// Equilibrium at the position to which the tools have moved the sheet.
     Carried(NewtonStats),
-    /// Its tools press it.
+    /// The tools press the sheet.
     Pressed,
-    /// They leave it alone.
+    /// No tool moves the sheet.
     Unmoved,
-    /// It glides off far from its last place, and no balance with friction has been found.
+    /// The sheet slides far from its last position, and no equilibrium with friction was found.
     Astray(NewtonError),
 }
 
 impl System {
-    /// Whether nothing holds the sheet or pushes it now but tools by their travel.
+    /// Whether the sheet is unconstrained and loaded only by tools with prescribed travel.
     pub(in crate::solver) fn is_loose(&self) -> bool {
         let pushes = |role: &Role| !matches!(role, Role::Absent | Role::Travel);
         if self.regime.is_stabilised() || !self.is_without_loads() || self.roles.iter().any(pushes)
@@ -55,13 +62,13 @@ impl System {
         !unsupported(&self.constraints, &self.positions(), std::iter::empty()).is_empty()
     }
 
-    /// Whether no tool pushed the sheet at the last balance.
+    /// Whether no tool pushed the sheet at the last equilibrium.
     pub(in crate::solver) fn was_idle(&self) -> bool {
         let rests = |force: Force| self.scales.of_note(force.normal().norm()) == 0.0;
         self.contact.before().all(|(_, force)| rests(force))
     }
 
-    /// What rounding of the nodes' places makes of their forces [N].
+    /// Forces due to rounding of nodal positions [N].
     pub(in crate::solver) fn rounding_of_forces(&self) -> f64 {
         8.0 * f64::EPSILON * self.lengths.farthest * self.scales.normal
     }
@@ -71,7 +78,8 @@ impl System {
         self.contact.active().all(|(k, _)| self.scales.of_note(self.lambda(k)) <= 0.0)
     }
 
-    /// Whether more than one tool touches the sheet or has moved into it. To be called after the search.
+    /// Whether more than one tool is in contact with the sheet or penetrates it. Requires an up-to-date contact
+    /// search.
     fn is_between_tools(&self) -> bool {
         let touches = |tool: usize| {
             let inside = |k: usize, c: &Candidate| c.foot.gap < 0.0 && self.can_touch(k);
@@ -81,7 +89,8 @@ impl System {
         (0..self.tools.len()).filter(|&tool| touches(tool)).count() > 1
     }
 
-    /// Whether a tool has moved into the sheet, or away from nodes that touch it. To be called after the search.
+    /// Whether a tool penetrates the sheet or has separated from nodes in contact. Requires an up-to-date contact
+    /// search.
     fn is_met(&self) -> bool {
         let near = TOUCHING_GAP_REL * self.lengths.shortest_edge;
         self.contact.candidates.iter().enumerate().any(|(k, c)| {
@@ -91,9 +100,10 @@ impl System {
     }
 }
 
-/// Goes from the last balance of a loose sheet, whose tools are set, to where they take it: without friction, or with it if that
-/// is far and between two tools and finds a balance. `again` goes back to where it began. What is left behind is a balance
-/// where it is [`Way::Carried`], and to be restored otherwise.
+/// Moves an unconstrained sheet from the last equilibrium to the position given by its tools, which are already set.
+/// Friction acts only if the motion is large, between two tools, and if an equilibrium with friction is found.
+/// `again` restores the state on entry. The final state is an equilibrium for [`Way::Carried`] and must be restored
+/// otherwise.
 pub(in crate::solver) fn carry(
     sim: &mut Simulation,
     patience: Patience,
@@ -113,7 +123,7 @@ pub(in crate::solver) fn carry(
     again(sim);
     match along(sim, true) {
         Ok(way) => Ok(way),
-        // A shorter step may do with friction.
+        // A shorter step may converge with friction.
         Err(error) if patience == Patience::Hopeful => Ok(Way::Astray(error)),
         Err(_) => {
             again(sim);
@@ -122,9 +132,9 @@ pub(in crate::solver) fn carry(
     }
 }
 
-/// Where a balance leaves a loose sheet that its tools held until then without a force, wherever the iteration has thrown it:
-/// lays it where it comes nearest to where it was, out of its tools' way. `None` if that leads to no balance; the sheet is
-/// where it was found then.
+/// Repositions an unconstrained sheet that loses its last contact force in an increment, independent of the iterates.
+/// It is moved as a rigid body to the position closest to the last one, then out of the path of its tools. `None` if
+/// no equilibrium is found; the state on entry is then restored.
 pub(in crate::solver) fn lay(sim: &mut Simulation) -> Result<Option<NewtonStats>, NewtonError> {
     let sys = &mut sim.sys;
     let (u, contact) = (sys.u.clone(), sys.contact.clone());
@@ -151,7 +161,7 @@ pub(in crate::solver) fn lay(sim: &mut Simulation) -> Result<Option<NewtonStats>
     Ok(None)
 }
 
-/// Whether a node has moved by far more than any tool since the last balance.
+/// Whether a node has moved by far more than any tool since the last equilibrium.
 fn glides_off(sim: &Simulation) -> bool {
     let (sys, old) = (&sim.sys, &sim.committed);
     let largest = |now: &mut dyn Iterator<Item = f64>, before: &[f64]| {
@@ -167,7 +177,7 @@ fn along(sim: &mut Simulation, friction: bool) -> Result<Way, NewtonError> {
     found
 }
 
-/// Finds the balance with dampers, and from there those with dampers about the last, until they carry nothing.
+/// Repeats the damped equilibrium, with dampers about the last one, until they carry nothing.
 fn let_lie(sim: &mut Simulation, friction: bool) -> Result<Way, NewtonError> {
     let mut stats = NewtonStats::default();
     for _ in 0..MAX_PASSES {
@@ -185,7 +195,8 @@ fn let_lie(sim: &mut Simulation, friction: bool) -> Result<Way, NewtonError> {
     Ok(Way::Pressed)
 }
 
-/// Goes to the balance with dampers about the present place, and takes their forces away; the sum of these [N].
+/// Computes the equilibrium with dampers about the current position and removes their forces; returns the sum of
+/// their absolute values [N].
 fn damped(sim: &mut Simulation, friction: bool) -> Result<(NewtonStats, f64), NewtonError> {
     let sys = &mut sim.sys;
     let stiffness = LIGHT_STIFFNESS * sys.scales.tangential;

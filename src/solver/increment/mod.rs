@@ -1,6 +1,6 @@
-//! One increment: a step tried, made shorter, or, past a limit point, followed with damping.
+//! Increments: attempts, step cuts, and continuation past a limit point with damping.
 //!
-//! Called by `simulation`; calls `newton`, and `stage` for the size of the step.
+//! Called by `simulation`; uses `newton`, and `stage` for the step size.
 
 pub(super) mod attempt;
 pub(super) mod increment;

@@ -1,4 +1,4 @@
-//! The two direct solvers: our multifrontal LU, and faer's sparse LU.
+//! Direct solvers: the multifrontal LU of this crate and the sparse LU of faer.
 
 use faer::linalg::solvers::SolveCore;
 use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
@@ -10,7 +10,7 @@ use super::pattern::Pattern;
 use super::{Groups, LinearError, LinearSolver};
 use crate::cancel::Cancel;
 
-/// Our multifrontal LU (see [`super::multifrontal`]).
+/// Multifrontal LU (see [`super::multifrontal`]).
 #[derive(Debug, Default)]
 pub struct MultifrontalLu {
     plan: Symbolic,
@@ -19,7 +19,7 @@ pub struct MultifrontalLu {
 }
 
 impl MultifrontalLu {
-    /// Why there are no factors.
+    /// Error of a factorisation: cancelled or singular.
     fn failed(&self, singular: &Singular) -> LinearError {
         if self.cancel.is_requested() {
             return LinearError::Cancelled;
@@ -38,7 +38,7 @@ impl LinearSolver for MultifrontalLu {
         Ok(())
     }
 
-    fn heed(&mut self, cancel: &Cancel) {
+    fn set_cancel(&mut self, cancel: &Cancel) {
         self.cancel = cancel.clone();
         self.plan.cancel = cancel.clone();
     }
@@ -64,9 +64,9 @@ impl LinearSolver for MultifrontalLu {
         if self.factors.is_symmetric() {
             return None;
         }
-        let meeting = self.plan.meeting(rows, columns);
-        let worth = self.plan.share_of_factorisation(&meeting) <= UPDATE_WORK_RATIO;
-        worth.then(|| self.plan.products(&self.factors, &meeting))
+        let product = self.plan.plan_inverse_product(rows, columns);
+        let worth = self.plan.relative_cost(&product) <= UPDATE_WORK_RATIO;
+        worth.then(|| self.plan.products(&self.factors, &product))
     }
 
     fn name(&self) -> &'static str {
@@ -74,9 +74,9 @@ impl LinearSolver for MultifrontalLu {
     }
 }
 
-/// faer's sparse LU with partial pivoting: slower, but pivots over whole columns.
+/// Sparse LU of faer with partial pivoting: slower, but pivots over whole columns.
 ///
-/// Rows of the pattern are handed over as columns, so the factors are those of the transpose.
+/// Rows of the pattern are passed as columns, so the factors are those of the transpose.
 #[derive(Debug, Default)]
 pub struct SparseLu {
     pattern: Option<(Pattern, SymbolicLu<usize>)>,

@@ -1,4 +1,4 @@
-//! Linear solvers behind one trait, and the checked solve that all of them go through.
+//! Linear solvers behind a common trait, and the solve with residual check and refinement.
 
 mod dense;
 pub mod direct;
@@ -18,77 +18,77 @@ use crate::cancel::Cancel;
 use crate::geometry::Vec3;
 use crate::solver::linear::pattern::Pattern;
 
-/// Unknowns that are eliminated together, and where each group stands: the input of nested dissection.
+/// Unknowns that are eliminated together and the position of each group: input of nested dissection.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Groups {
     /// Group of each unknown.
     pub of_unknown: Vec<u32>,
-    /// Position of each group [mm]; empty where nothing is known of it.
+    /// Position of each group [mm]; empty if unknown.
     pub centers: Vec<Vec3>,
 }
 
-/// A system that could not be solved.
+/// Failure of a linear solve.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LinearError {
-    /// The pattern and the groups do not fit together.
+    /// Pattern and groups are inconsistent.
     #[error("the matrix pattern cannot be planned: {0}")]
     Pattern(String),
-    /// No inverse.
+    /// The matrix is singular.
     #[error(
         "the matrix is singular near unknown {unknown}: a part of the sheet is not held by tools, planes or its neighbours"
     )]
     Singular {
-        /// Unknown (3 node + direction) where it was noticed.
+        /// Unknown (3 node + direction) of the singular pivot block.
         unknown: usize,
     },
-    /// A tool moved by force or spring meets nothing that its travel could change the force of.
+    /// A tool driven by force or spring has no contact whose force depends on its travel.
     #[error(
         "the tool that is moved by a force there has nothing to push against: moved along its direction it meets no node of the sheet that it could push (where its edge goes between two rows of nodes it passes both)"
     )]
     Unopposed {
-        /// Which tool.
+        /// Index of the tool.
         tool: usize,
     },
-    /// A request to stop came while the matrix was factored.
+    /// The factorisation was cancelled.
     #[error("stopped while the matrix was factored")]
     Cancelled,
-    /// The solution does not satisfy the equations.
+    /// The residual of the solution is too large.
     #[error(
         "the linear solution leaves {relative:.3e} of its right-hand side (allowed {allowed:e}): the matrix is nearly singular"
     )]
     Inaccurate {
-        /// Residual over right-hand side.
+        /// Norm of the residual over that of the right-hand side.
         relative: f64,
-        /// Limit.
+        /// Allowed value.
         allowed: f64,
     },
 }
 
-/// A direct solver for matrices of one pattern.
+/// Direct solver for matrices with a common pattern.
 pub trait LinearSolver: Send + Sync {
-    /// Plans for `pattern` (structurally symmetric).
+    /// Symbolic analysis of `pattern` (structurally symmetric).
     ///
     /// # Errors
     /// [`LinearError::Pattern`].
     fn analyze(&mut self, pattern: &Pattern, groups: &Groups) -> Result<(), LinearError>;
 
-    /// Factors the matrix with these values, in the pattern's order. Of the right-hand sides `rhs`, which
-    /// [`LinearSolver::finish`] is to be called for next, a solver may eliminate what it can while it factors.
+    /// Factors the matrix with the given values, in the order of the pattern. A solver may eliminate the right-hand
+    /// sides `rhs` during the factorisation; [`LinearSolver::finish`] must then be called for them next.
     ///
     /// # Errors
     /// [`LinearError::Singular`].
     fn factor(&mut self, values: &[f64], rhs: &[&[f64]]) -> Result<(), LinearError>;
 
-    /// Factors a symmetric matrix that should be positive definite, in half the time where the solver can.
+    /// Factors a symmetric positive definite matrix, at half the cost if the solver supports it.
     ///
     /// # Errors
-    /// [`LinearError::Singular`], also when it is not positive definite.
+    /// [`LinearError::Singular`], also if the matrix is not positive definite.
     fn factor_symmetric(&mut self, values: &[f64]) -> Result<(), LinearError> {
         self.factor(values, &[])
     }
 
-    /// Solves in place for the right-hand sides that the last factorisation was given.
+    /// Solves in place for the right-hand sides passed to the last factorisation.
     fn finish(&mut self, rhs: &mut [&mut [f64]]) {
         self.solve(rhs);
     }
@@ -96,18 +96,18 @@ pub trait LinearSolver: Send + Sync {
     /// Solves in place for every right-hand side with the last factors.
     fn solve(&self, rhs: &mut [&mut [f64]]);
 
-    /// The products of `rows`, the inverse and the unit `columns`, column by column, with the last factors; `None` where
-    /// that would cost nearly as much as factors of a changed matrix, or cannot be done.
+    /// Products `D A⁻¹ E` of sparse `rows` `D`, the inverse and the unit `columns` `E`, column-major, with the last
+    /// factors. `None` if they would cost nearly as much as a new factorisation, or are not supported.
     fn products_with_inverse(&self, rows: &[SparseRow<'_>], columns: &[usize]) -> Option<Vec<f64>> {
         let _ = (rows, columns);
         None
     }
 
-    /// Gives up factorisations from when the request is made on; they fail with [`LinearError::Cancelled`].
-    fn heed(&mut self, cancel: &Cancel) {
+    /// Aborts factorisations once cancellation is requested; they fail with [`LinearError::Cancelled`].
+    fn set_cancel(&mut self, cancel: &Cancel) {
         let _ = cancel;
     }
 
-    /// Name for the log.
+    /// Name in the log.
     fn name(&self) -> &'static str;
 }

@@ -1,6 +1,6 @@
-//! The sparsity pattern of a body's tangent: CSR, three rows a node, structurally symmetric.
+//! Sparsity pattern of the tangent of a body: CSR, three rows for each node, structurally symmetric.
 
-/// Compressed rows of a square matrix. Columns are sorted within a row.
+/// Square matrix pattern in compressed rows; columns are sorted within a row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pattern {
     /// Start of each row in `col_idx`; length `n + 1`.
@@ -22,7 +22,7 @@ impl Pattern {
         self.col_idx.len()
     }
 
-    /// The matrix with these values times a vector.
+    /// Matrix-vector product.
     #[must_use]
     pub fn times(&self, values: &[f64], x: &[f64]) -> Vec<f64> {
         let entries = |row: usize| self.row_ptr[row]..self.row_ptr[row + 1];
@@ -30,7 +30,7 @@ impl Pattern {
         (0..self.dim()).map(product).collect()
     }
 
-    /// Position of entry `(row, column)` in the values, if it is stored.
+    /// Index of entry `(row, column)` in the values, if it is stored.
     #[must_use]
     pub fn position(&self, row: usize, column: usize) -> Option<usize> {
         let start = self.row_ptr[row];
@@ -38,18 +38,18 @@ impl Pattern {
     }
 }
 
-/// Where element contributions land: for every node the elements around it, in element order.
+/// Assembly map of element contributions: for every node its elements, in element order.
 #[derive(Debug, Clone)]
 pub(crate) struct Gather {
-    /// The pattern, three rows and columns a node.
+    /// Pattern with three rows and columns for each node.
     pub pattern: Pattern,
-    /// Start of each node in `uses`.
+    /// Start of each node in `uses`; length nodes + 1.
     pub use_ptr: Vec<usize>,
-    /// Element, local node and the places of the element's eight nodes among the node's neighbours.
+    /// Element, local node and the positions of the eight nodes of the element among the neighbours of the node.
     pub uses: Vec<NodeUse>,
 }
 
-/// One element that touches a node.
+/// One element at a node.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NodeUse {
     pub element: u32,
@@ -58,7 +58,7 @@ pub(crate) struct NodeUse {
 }
 
 impl Gather {
-    /// Builds the pattern and the gather lists of a mesh with `node_count` nodes.
+    /// Builds pattern and assembly map of a mesh with `node_count` nodes.
     pub(crate) fn new(node_count: usize, elements: &[[u32; 8]]) -> Self {
         let (use_ptr, mut uses) = uses_by_node(node_count, elements);
         let mut row_ptr = Vec::with_capacity(3 * node_count + 1);
@@ -90,13 +90,13 @@ impl Gather {
         Self { pattern: Pattern { row_ptr, col_idx }, use_ptr, uses }
     }
 
-    /// The elements around a node, in order.
+    /// Elements at a node, in element order.
     pub(crate) fn around(&self, node: usize) -> &[NodeUse] {
         &self.uses[self.use_ptr[node]..self.use_ptr[node + 1]]
     }
 }
 
-/// The elements around each node, in element order and without slots, and where each node's begin.
+/// Elements at each node, in element order and without slots, and the start of each node.
 fn uses_by_node(node_count: usize, elements: &[[u32; 8]]) -> (Vec<usize>, Vec<NodeUse>) {
     let mut use_ptr = vec![0usize; node_count + 1];
     for &node in elements.iter().flatten() {

@@ -1,4 +1,4 @@
-//! Solve, look at what is left, refine; a solver that cannot is replaced by the next one.
+//! Direct solve with residual check and iterative refinement; if a solver fails, the next one is used.
 
 use std::time::Instant;
 
@@ -8,44 +8,45 @@ use super::update::{ChangedRows, Update};
 use super::{Groups, LinearError, LinearSolver, MultifrontalLu, SparseLu};
 use crate::cancel::Cancel;
 
-/// Direct solvers in order of preference; the first that meets the accuracy answers.
+/// Direct solvers in order of preference; the first one that meets the accuracy is used.
 pub struct CheckedSolver {
     pattern: Pattern,
     nodes: Option<NodeRows>,
     groups: Groups,
     solvers: Vec<Box<dyn LinearSolver>>,
     planned: usize,
-    /// Solver that holds the present factors.
+    /// Index of the solver that holds the current factors.
     current: usize,
     factored: bool,
-    /// The largest entry of the first solution that is believed where rounding leaves more of its right-hand side than
-    /// [`RESIDUAL_MAX`]: of a singular matrix it is whatever rounding makes of it.
-    pub plausible: f64,
+    /// Largest plausible entry of the first solution if its residual is limited by rounding only ([`RESIDUAL_LIMIT_REL`]
+    /// exceeded). The solution of a singular matrix consists of amplified rounding errors.
+    pub max_plausible_entry: f64,
     /// Right-hand sides and solutions with these factors.
-    known: Vec<(Vec<f64>, Vec<f64>)>,
-    /// Wall time of all factorisations so far [s].
+    solutions: Vec<(Vec<f64>, Vec<f64>)>,
+    /// Wall time of all factorisations [s].
     pub factor_s: f64,
-    /// Factorisations so far.
+    /// Number of factorisations.
     pub factorisations: usize,
-    /// Times factors were brought up to date instead.
+    /// Number of low-rank updates that replaced a factorisation.
     pub updates: usize,
-    /// Wall time of these updates so far [s].
+    /// Wall time of these updates [s].
     pub update_s: f64,
-    /// Wall time of all substitutions and refinements so far [s].
+    /// Wall time of all substitutions and refinements [s].
     pub solve_s: f64,
 }
 
-/// Residual over right-hand side that is good enough at once, and the most that is accepted.
-const RESIDUAL_GOOD: f64 = 1e-11;
-const RESIDUAL_MAX: f64 = 1e-6;
+/// Relative residual at which refinement stops, and the largest one accepted.
+const RESIDUAL_TARGET_REL: f64 = 1e-11;
+const RESIDUAL_LIMIT_REL: f64 = 1e-6;
 
-/// The most that is accepted of a residual that is no more than what its products are rounded by, over their sum: of a thin
-/// sheet that no tool carries, which resists bending by a billionth of what it resists otherwise.
-const RESIDUAL_MAX_OF_ROUNDING: f64 = 1e-4;
-const PRODUCT_ROUNDING: f64 = 1e-14;
+/// Largest accepted relative residual if it does not exceed the rounding error of its products ([`PRODUCT_ROUNDING_REL`]
+/// of their sum). This occurs for a thin unsupported sheet, whose bending stiffness is 1e-9 of its membrane
+/// stiffness.
+const ROUNDING_RESIDUAL_LIMIT_REL: f64 = 1e-4;
+const PRODUCT_ROUNDING_REL: f64 = 1e-14;
 
 impl CheckedSolver {
-    /// Our multifrontal LU first, faer's sparse LU behind it.
+    /// The multifrontal LU first, faer's sparse LU as fallback.
     ///
     /// # Errors
     /// [`LinearError::Pattern`].
@@ -55,7 +56,7 @@ impl CheckedSolver {
         Self::with(pattern, groups, solvers)
     }
 
-    /// These solvers, tried in order.
+    /// The given solvers, tried in order.
     ///
     /// # Errors
     /// [`LinearError::Pattern`].
@@ -72,8 +73,8 @@ impl CheckedSolver {
             planned: 0,
             current: 0,
             factored: false,
-            plausible: f64::INFINITY,
-            known: Vec::new(),
+            max_plausible_entry: f64::INFINITY,
+            solutions: Vec::new(),
             updates: 0,
             factor_s: 0.0,
             factorisations: 0,
@@ -84,9 +85,9 @@ impl CheckedSolver {
         Ok(out)
     }
 
-    /// Gives up factorisations from when the request is made on.
-    pub fn heed(&mut self, cancel: &Cancel) {
-        self.solvers.iter_mut().for_each(|solver| solver.heed(cancel));
+    /// Aborts factorisations once cancellation is requested.
+    pub fn set_cancel(&mut self, cancel: &Cancel) {
+        self.solvers.iter_mut().for_each(|solver| solver.set_cancel(cancel));
     }
 
     fn plan(&mut self, upto: usize) -> Result<(), LinearError> {
@@ -100,7 +101,7 @@ impl CheckedSolver {
     /// As [`CheckedSolver::solve`] for a symmetric matrix, by LL^T if it is positive definite.
     ///
     /// # Errors
-    /// The last solver's error when none succeeds.
+    /// The error of the first solver if none succeeds.
     pub fn solve_symmetric(
         &mut self,
         values: &[f64],
@@ -115,16 +116,16 @@ impl CheckedSolver {
         self.solve(values, rhs)
     }
 
-    /// Whether a symmetric matrix is positive definite. There are no factors afterwards.
+    /// Whether a symmetric matrix is positive definite. The factors are discarded.
     pub fn is_definite(&mut self, values: &[f64]) -> bool {
         self.factored = false;
         self.solvers[0].factor_symmetric(values).is_ok()
     }
 
-    /// Factors `values` and solves for every right-hand side in place.
+    /// Factors `values` and solves in place for every right-hand side.
     ///
     /// # Errors
-    /// The first solver's error when none succeeds: it says where the matrix is singular.
+    /// The error of the first solver if none succeeds; it locates the singularity.
     pub fn solve(&mut self, values: &[f64], rhs: &mut [Vec<f64>]) -> Result<(), LinearError> {
         let given: Vec<Vec<f64>> = rhs.to_vec();
         let mut done = Ok(());
@@ -142,7 +143,7 @@ impl CheckedSolver {
         done
     }
 
-    /// Factors and solves by one solver.
+    /// Factors and solves with one solver.
     fn solve_with(
         &mut self,
         k: usize,
@@ -167,18 +168,18 @@ impl CheckedSolver {
         let solver = self.solvers[k].as_mut();
         solver.finish(&mut slices(rhs));
         let solver = self.solvers[k].as_ref();
-        let solved = self.refined(values, rhs, given, &|x| solver.solve(x));
-        self.known = given.iter().cloned().zip(rhs.iter().cloned()).collect();
+        let solved = self.refine(values, rhs, given, &|x| solver.solve(x));
+        self.solutions = given.iter().cloned().zip(rhs.iter().cloned()).collect();
         self.solve_s += start.elapsed().as_secs_f64();
         solved
     }
 
-    /// Solves for every right-hand side in place with the factors of an earlier matrix; `values` is the matrix now,
-    /// which differs by `changed`. Without factors, where too much has changed or the accuracy is not met, as
-    /// [`CheckedSolver::solve`].
+    /// Solves in place for every right-hand side with the factors of an earlier matrix; `values` is the current
+    /// matrix, which differs by `changed`. Falls back to [`CheckedSolver::solve`] without factors, after too many
+    /// changes, or if the accuracy is not met.
     ///
     /// # Errors
-    /// The last solver's error when none succeeds.
+    /// The error of the first solver if none succeeds.
     pub fn solve_changed(
         &mut self,
         values: &[f64],
@@ -192,8 +193,8 @@ impl CheckedSolver {
         if let Some(update) = update {
             let start = Instant::now();
             let given: Vec<Vec<f64>> = rhs.to_vec();
-            update.solve(solver, &mut slices(rhs), &self.known);
-            let solved = self.refined(values, rhs, &given, &|x| update.solve(solver, x, &[]));
+            update.solve(solver, &mut slices(rhs), &self.solutions);
+            let solved = self.refine(values, rhs, &given, &|x| update.solve(solver, x, &[]));
             self.solve_s += start.elapsed().as_secs_f64();
             if solved.is_ok() {
                 self.updates += 1;
@@ -204,58 +205,70 @@ impl CheckedSolver {
         self.solve(values, rhs)
     }
 
-    /// Looks at what solutions leave of the right-hand sides that were `given`, and solves again for those of which it is
-    /// too much.
-    fn refined(
+    /// Iterative refinement of solutions of the right-hand sides `given` until their residuals are small enough.
+    fn refine(
         &self,
         values: &[f64],
         rhs: &mut [Vec<f64>],
         given: &[Vec<f64>],
-        again_for: &Solve<'_>,
+        solve_correction: &Solve<'_>,
     ) -> Result<(), LinearError> {
-        let mut left = vec![f64::INFINITY; rhs.len()];
-        let mut open: Vec<usize> = (0..rhs.len()).collect();
+        let mut residual_ratio = vec![f64::INFINITY; rhs.len()];
+        let mut pending: Vec<usize> = (0..rhs.len()).collect();
         for _ in 0..6 {
-            let pairs: Vec<_> = open.iter().map(|&k| [&rhs[k][..], &given[k][..]]).collect();
-            let mut again = Vec::new();
+            let pairs: Vec<_> = pending.iter().map(|&k| [&rhs[k][..], &given[k][..]]).collect();
+            let mut corrections = Vec::new();
             let residuals = self.pattern.residuals(values, &pairs, self.nodes.as_ref());
-            for (&k, residual) in open.iter().zip(residuals) {
+            for (&k, residual) in pending.iter().zip(residuals) {
                 let now = norm(&residual) / norm(&given[k]).max(f64::MIN_POSITIVE);
-                let wrong = now.is_nan() || now >= 0.5 * left[k];
-                left[k] = if wrong { left[k].min(now) } else { now };
-                if !wrong && now > RESIDUAL_GOOD {
-                    again.push((k, residual));
+                let diverging = now.is_nan() || now >= 0.5 * residual_ratio[k];
+                residual_ratio[k] = if diverging { residual_ratio[k].min(now) } else { now };
+                if !diverging && now > RESIDUAL_TARGET_REL {
+                    corrections.push((k, residual));
                 }
             }
-            open = again.iter().map(|&(k, _)| k).collect();
-            if open.is_empty() {
+            pending = corrections.iter().map(|&(k, _)| k).collect();
+            if pending.is_empty() {
                 break;
             }
-            again_for(&mut again.iter_mut().map(|(_, d)| d.as_mut_slice()).collect::<Vec<_>>());
-            for (k, d) in again {
+            solve_correction(
+                &mut corrections.iter_mut().map(|(_, d)| d.as_mut_slice()).collect::<Vec<_>>(),
+            );
+            for (k, d) in corrections {
                 rhs[k].iter_mut().zip(&d).for_each(|(x, d)| *x += d);
             }
         }
-        let wrong = |k: usize| {
-            let left = left[k];
-            left.is_nan()
-                || left > RESIDUAL_MAX && !self.is_rounded(values, k, (&rhs[k], &given[k]), left)
+        let diverging = |k: usize| {
+            let residual_ratio = residual_ratio[k];
+            residual_ratio.is_nan()
+                || residual_ratio > RESIDUAL_LIMIT_REL
+                    && !self.is_rounding_limited(values, k, (&rhs[k], &given[k]), residual_ratio)
         };
-        match (0..rhs.len()).find(|&k| wrong(k)) {
-            Some(k) => Err(LinearError::Inaccurate { relative: left[k], allowed: RESIDUAL_MAX }),
+        match (0..rhs.len()).find(|&k| diverging(k)) {
+            Some(k) => Err(LinearError::Inaccurate {
+                relative: residual_ratio[k],
+                allowed: RESIDUAL_LIMIT_REL,
+            }),
             None => Ok(()),
         }
     }
 
-    /// Whether what the k-th solution `x` leaves of `b`, a share `left` of it, is rounding, and the solution is not.
-    fn is_rounded(&self, values: &[f64], k: usize, (x, b): (&[f64], &[f64]), left: f64) -> bool {
-        let most = x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        left <= RESIDUAL_MAX_OF_ROUNDING
-            && (k > 0 || most <= self.plausible)
-            && left * norm(b) <= PRODUCT_ROUNDING * self.sum_of_products(values, x, b)
+    /// Whether the residual of the k-th solution `x` of `b`, of relative size `residual_ratio`, is pure rounding and the
+    /// solution is plausible.
+    fn is_rounding_limited(
+        &self,
+        values: &[f64],
+        k: usize,
+        (x, b): (&[f64], &[f64]),
+        residual_ratio: f64,
+    ) -> bool {
+        let largest = x.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+        residual_ratio <= ROUNDING_RESIDUAL_LIMIT_REL
+            && (k > 0 || largest <= self.max_plausible_entry)
+            && residual_ratio * norm(b) <= PRODUCT_ROUNDING_REL * self.sum_of_products(values, x, b)
     }
 
-    /// Norm of what the rows sum up, without signs.
+    /// Norm of the row sums of the absolute products, `| |A| |x| + |b| |`.
     fn sum_of_products(&self, values: &[f64], x: &[f64], b: &[f64]) -> f64 {
         let rows = self.pattern.row_ptr.windows(2).zip(b);
         let of_row = |(ends, b): (&[usize], &f64)| {

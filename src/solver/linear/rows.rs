@@ -1,28 +1,28 @@
-//! Rows of a matrix times vectors, in one pass over the matrix, which is what the time goes into.
+//! Matrix rows times vectors in one pass over the matrix, since memory traffic dominates the cost.
 //!
-//! In the pattern of a mesh, three rows and three columns a node, a node's rows are multiplied together: the vectors are
-//! gathered once for all three, node by node, and the products run over consecutive numbers.
+//! In the pattern of a mesh (three rows and columns for each node) the rows of a node are multiplied together. The
+//! vector entries are gathered once for all three, and the products run over contiguous numbers.
 
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::pattern::Pattern;
 
-/// Nodes of one task.
-const NODES: usize = 512;
+/// Nodes of one parallel task.
+const NODES_PER_TASK: usize = 512;
 
-/// Some nodes, and where the products of their rows go, by vector.
+/// Some nodes and the output of their rows, by vector.
 type Task<'a, const R: usize> = (&'a [usize], [&'a mut [[f64; 3]]; R]);
 
-/// A pattern of three rows and three columns a node, as a mesh has it.
+/// Pattern with three rows and columns for each node, as of a mesh.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NodeRows {
-    /// Neighbours of every node, one after the other.
+    /// Neighbours of every node, concatenated.
     neighbours: Vec<u32>,
 }
 
 impl NodeRows {
-    /// `None` where the pattern is not of that kind.
+    /// `None` if the pattern has no such structure.
     #[must_use]
     pub fn of(pattern: &Pattern) -> Option<Self> {
         if !pattern.dim().is_multiple_of(3) {
@@ -42,8 +42,8 @@ impl NodeRows {
         Some(Self { neighbours })
     }
 
-    /// The three rows of each of these nodes times the vectors: by vector, then in the order of `nodes`. `pattern` is the
-    /// one this was made of, `rows` a node's three rows one after the other.
+    /// The three rows of each node times the vectors: by vector, then in the order of `nodes`. `pattern` must be the
+    /// one given to [`NodeRows::of`]; `rows` are the three rows of a node, concatenated.
     #[must_use]
     pub fn products<'a>(
         &self,
@@ -63,7 +63,7 @@ impl NodeRows {
         out
     }
 
-    /// Nodes beside one, itself included: nine values each stand in its rows.
+    /// Neighbours of a node including itself; its rows hold nine values for each.
     #[inline(always)]
     fn neighbours_of(&self, pattern: &Pattern, node: usize) -> &[u32] {
         &self.neighbours[pattern.row_ptr[3 * node] / 9..pattern.row_ptr[3 * node + 3] / 9]
@@ -78,13 +78,13 @@ impl NodeRows {
     ) -> [Vec<[f64; 3]>; R] {
         let mut out = x.map(|_| vec![[0.0; 3]; nodes.len()]);
         let mut tasks: Vec<Task<'_, R>> = Vec::new();
-        let mut parts = out.each_mut().map(|out| out.chunks_mut(NODES));
-        for nodes in nodes.chunks(NODES) {
+        let mut parts = out.each_mut().map(|out| out.chunks_mut(NODES_PER_TASK));
+        for nodes in nodes.chunks(NODES_PER_TASK) {
             tasks.push((nodes, parts.each_mut().map(|part| part.next().unwrap_or_default())));
         }
         tasks.into_par_iter().for_each(|(nodes, out)| {
             let of_node =
-                |&node: &usize| OfNode::new(self.neighbours_of(pattern, node), rows(node));
+                |&node: &usize| NodeBlock::new(self.neighbours_of(pattern, node), rows(node));
             let rows = nodes.iter().map(of_node).collect();
             Arch::new().dispatch(Products { rows, x, out });
         });
@@ -93,7 +93,8 @@ impl NodeRows {
 }
 
 impl Pattern {
-    /// `b - A x` for the matrix with these values and every pair `[x, b]`; `nodes` if the pattern is a mesh's.
+    /// `b - A x` for the matrix with these values and every pair `[x, b]`; `nodes` is the node structure of a mesh
+    /// pattern.
     #[must_use]
     pub fn residuals(
         &self,
@@ -112,7 +113,7 @@ impl Pattern {
         out
     }
 
-    /// The same of `R` pairs in one pass over the matrix.
+    /// `b - A x` of `R` pairs in one pass over the matrix.
     fn residuals_of<const R: usize>(
         &self,
         values: &[f64],
@@ -121,20 +122,20 @@ impl Pattern {
     ) -> [Vec<f64>; R] {
         let mut out = pairs.map(|[_, b]| b.to_vec());
         let mut chunks: Vec<[&mut [f64]; R]> = Vec::new();
-        let mut parts = out.each_mut().map(|out| out.chunks_mut(3 * NODES));
-        for _ in 0..self.dim().div_ceil(3 * NODES) {
+        let mut parts = out.each_mut().map(|out| out.chunks_mut(3 * NODES_PER_TASK));
+        for _ in 0..self.dim().div_ceil(3 * NODES_PER_TASK) {
             chunks.push(parts.each_mut().map(|part| part.next().unwrap_or_default()));
         }
         let x = pairs.map(|[x, _]| *x);
         chunks.into_par_iter().enumerate().for_each(|(chunk, out)| {
-            let first = chunk * 3 * NODES;
+            let first = chunk * 3 * NODES_PER_TASK;
             Arch::new().dispatch(Subtract { pattern: self, nodes, values, x, first, out });
         });
         out
     }
 }
 
-/// Subtracts rows times vectors from the rows' numbers, from row `first` on.
+/// Subtracts rows times vectors from the output, starting with row `first`.
 struct Subtract<'a, const R: usize> {
     pattern: &'a Pattern,
     nodes: Option<&'a NodeRows>,
@@ -151,14 +152,14 @@ impl<const R: usize> WithSimd for Subtract<'_, R> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { pattern, nodes, values, x, first, mut out } = self;
         let count = out.first().map_or(0, |out| out.len());
-        let mut near = x.map(|_| Vec::new());
+        let mut gathered = x.map(|_| Vec::new());
         if let Some(nodes) = nodes {
             for row in (0..count).step_by(3) {
                 let node = (first + row) / 3;
                 let rows = &values[pattern.row_ptr[first + row]..pattern.row_ptr[first + row + 3]];
-                let rows = OfNode::new(nodes.neighbours_of(pattern, node), rows);
-                rows.gather(x, &mut near);
-                let sums = rows.times(simd, near.each_ref().map(|near| &near[..]));
+                let rows = NodeBlock::new(nodes.neighbours_of(pattern, node), rows);
+                rows.gather(x, &mut gathered);
+                let sums = rows.times(simd, gathered.each_ref().map(|gathered| &gathered[..]));
                 for (out, sums) in out.iter_mut().zip(sums) {
                     out[row..row + 3].iter_mut().zip(sums).for_each(|(out, sum)| *out -= sum);
                 }
@@ -175,9 +176,9 @@ impl<const R: usize> WithSimd for Subtract<'_, R> {
     }
 }
 
-/// Nodes' rows times vectors.
+/// Rows of nodes times vectors.
 struct Products<'a, const R: usize> {
-    rows: Vec<OfNode<'a>>,
+    rows: Vec<NodeBlock<'a>>,
     x: [&'a [f64]; R],
     out: [&'a mut [[f64; 3]]; R],
 }
@@ -188,22 +189,22 @@ impl<const R: usize> WithSimd for Products<'_, R> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { rows, x, mut out } = self;
-        let mut near = x.map(|_| Vec::new());
+        let mut gathered = x.map(|_| Vec::new());
         for (k, rows) in rows.iter().enumerate() {
-            rows.gather(x, &mut near);
-            let sums = rows.times(simd, near.each_ref().map(|near| &near[..]));
+            rows.gather(x, &mut gathered);
+            let sums = rows.times(simd, gathered.each_ref().map(|gathered| &gathered[..]));
             out.iter_mut().zip(sums).for_each(|(out, sums)| out[k] = sums);
         }
     }
 }
 
 /// The rows of one node.
-struct OfNode<'a> {
+struct NodeBlock<'a> {
     neighbours: &'a [u32],
     rows: [&'a [f64]; 3],
 }
 
-impl<'a> OfNode<'a> {
+impl<'a> NodeBlock<'a> {
     #[inline(always)]
     fn new(neighbours: &'a [u32], rows: &'a [f64]) -> Self {
         let (first, rest) = rows.split_at(3 * neighbours.len());
@@ -211,40 +212,40 @@ impl<'a> OfNode<'a> {
         Self { neighbours, rows: [first, second, third] }
     }
 
-    /// The vectors' numbers at the neighbours.
+    /// Gathers the vector entries at the neighbours.
     #[inline(always)]
-    fn gather<const R: usize>(&self, x: [&[f64]; R], near: &mut [Vec<f64>; R]) {
-        for (near, x) in near.iter_mut().zip(x) {
-            near.resize(3 * self.neighbours.len(), 0.0);
-            let (near, _) = near.as_chunks_mut::<3>();
+    fn gather<const R: usize>(&self, x: [&[f64]; R], gathered: &mut [Vec<f64>; R]) {
+        for (gathered, x) in gathered.iter_mut().zip(x) {
+            gathered.resize(3 * self.neighbours.len(), 0.0);
+            let (gathered, _) = gathered.as_chunks_mut::<3>();
             let (x, _) = x.as_chunks::<3>();
-            for (near, &neighbour) in near.iter_mut().zip(self.neighbours) {
-                *near = x[neighbour as usize];
+            for (gathered, &neighbour) in gathered.iter_mut().zip(self.neighbours) {
+                *gathered = x[neighbour as usize];
             }
         }
     }
 
-    /// The rows times what was gathered.
+    /// The rows times the gathered entries.
     #[inline(always)]
-    fn times<S: Simd, const R: usize>(&self, simd: S, near: [&[f64]; R]) -> [[f64; 3]; R] {
+    fn times<S: Simd, const R: usize>(&self, simd: S, gathered: [&[f64]; R]) -> [[f64; 3]; R] {
         let rows = self.rows.map(|row| S::as_simd_f64s(row));
-        let near = near.map(|near| S::as_simd_f64s(near));
+        let gathered = gathered.map(|gathered| S::as_simd_f64s(gathered));
         let mut sums = [[simd.splat_f64s(0.0); 3]; R];
         let count = rows[0].0.len();
         let wide = rows.map(|(wide, _)| &wide[..count]);
-        let wide_near = near.map(|(near, _)| &near[..count]);
+        let wide_gathered = gathered.map(|(gathered, _)| &gathered[..count]);
         for i in 0..count {
             let values = wide.map(|row| row[i]);
-            for (sums, near) in sums.iter_mut().zip(wide_near) {
+            for (sums, gathered) in sums.iter_mut().zip(wide_gathered) {
                 for (sum, value) in sums.iter_mut().zip(values) {
-                    *sum = simd.mul_add_e_f64s(value, near[i], *sum);
+                    *sum = simd.mul_add_e_f64s(value, gathered[i], *sum);
                 }
             }
         }
         let mut out = [[0.0; 3]; R];
-        for ((out, sums), (_, near)) in out.iter_mut().zip(sums).zip(near) {
+        for ((out, sums), (_, gathered)) in out.iter_mut().zip(sums).zip(gathered) {
             for ((out, sum), (_, row)) in out.iter_mut().zip(sums).zip(rows) {
-                let rest: f64 = row.iter().zip(near).map(|(value, x)| value * x).sum();
+                let rest: f64 = row.iter().zip(gathered).map(|(value, x)| value * x).sum();
                 *out = simd.reduce_sum_f64s(sum) + rest;
             }
         }
@@ -269,7 +270,7 @@ mod tests {
         pattern
     }
 
-    /// Four nodes, each with its neighbours.
+    /// Four nodes with their neighbours.
     fn mesh() -> Pattern {
         let neighbours = [vec![0, 1, 3], vec![0, 1], vec![2], vec![0, 1, 2, 3]];
         let columns = |nodes: &Vec<usize>| nodes.iter().flat_map(|n| 3 * n..3 * n + 3).collect();
@@ -286,7 +287,7 @@ mod tests {
     #[test]
     fn residuals_are_those_of_plain_sums() {
         let others = pattern(&[vec![0, 3, 10], vec![1, 2, 4, 7], vec![5], vec![0, 9]]);
-        // As wide as a node's rows, but columns that are no node's.
+        // As wide as the rows of a node, but with columns of no node.
         let beside = pattern(&[(); 3].map(|()| vec![0, 1, 4]));
         for (pattern, is_mesh) in [(mesh(), true), (others, false), (beside, false)] {
             let nodes = NodeRows::of(&pattern);

@@ -1,33 +1,33 @@
-//! Solving after a few rows of the matrix have changed, with the factors from before.
+//! Low-rank update: solution after a few rows of the matrix have changed, with the old factors.
 //!
-//! With `A' = A + E D` (`E` the unit columns of the changed rows, `D` what was added to them) and `Z = A^-1 E`,
-//! `x = A^-1 (b - E m)` solves `A' x = b` when `(I + D Z) m = D A^-1 b` (Sherman, Morrison, Woodbury).
+//! With `A' = A + E D` (`E` the unit columns of the changed rows, `D` the added rows) and `Z = A⁻¹ E`,
+//! `x = A⁻¹ (b - E m)` solves `A' x = b` if `(I + D Z) m = D A⁻¹ b` (Sherman, Morrison, Woodbury).
 
 use super::dense::DenseLu;
 use super::pattern::Pattern;
 use super::{LinearSolver, SparseRow};
 
-/// Rows of the matrix that changed since it was factored, rising.
+/// Rows of the matrix that changed since its factorisation, ascending.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ChangedRows {
-    /// The rows.
+    /// Row indices.
     pub rows: Vec<usize>,
-    /// What was added to each, in the pattern's order of its entries.
+    /// Values added to each row, in the order of the pattern.
     pub added: Vec<Vec<f64>>,
 }
 
-/// Factors brought up to date.
+/// An update of the factors.
 pub(super) struct Update<'a> {
     pattern: &'a Pattern,
     changed: &'a ChangedRows,
-    /// `D Z`, column by column.
+    /// `D Z`, column-major.
     by_changes: Vec<f64>,
-    /// `I + D Z`.
-    small: DenseLu,
+    /// Capacitance matrix `I + D Z`.
+    capacitance: DenseLu,
 }
 
 impl<'a> Update<'a> {
-    /// `None` where new factors are worth their cost or the rows cannot be exchanged.
+    /// `None` if new factors are cheaper or the update is singular.
     pub(super) fn new(
         solver: &dyn LinearSolver,
         pattern: &'a Pattern,
@@ -38,69 +38,69 @@ impl<'a> Update<'a> {
         let rows: Vec<SparseRow<'_>> =
             columns.zip(&changed.added).map(|(columns, added)| (columns, &added[..])).collect();
         let by_changes = solver.products_with_inverse(&rows, &changed.rows)?;
-        let mut small = by_changes.clone();
-        small.iter_mut().step_by(m + 1).for_each(|diagonal| *diagonal += 1.0);
-        let small = DenseLu::new(m, small)?;
-        Some(Self { pattern, changed, by_changes, small })
+        let mut capacitance = by_changes.clone();
+        capacitance.iter_mut().step_by(m + 1).for_each(|diagonal| *diagonal += 1.0);
+        let capacitance = DenseLu::new(m, capacitance)?;
+        Some(Self { pattern, changed, by_changes, capacitance })
     }
 
-    /// Solves in place. `known`: right-hand sides and solutions of the matrix in the factors, by number; where the present
-    /// right-hand side differs from the known one in changed rows only, what is solved for is the difference: half the
-    /// work, and less where the solver passes over what is zero.
+    /// Solves in place. `known` are right-hand sides and solutions of the factored matrix, by index. If a right-hand
+    /// side differs from the known one only in changed rows, the equations are solved for the difference. This halves
+    /// the work, and further if the solver skips zeros.
     pub(super) fn solve(
         &self,
         solver: &dyn LinearSolver,
         rhs: &mut [&mut [f64]],
         known: &[(Vec<f64>, Vec<f64>)],
     ) {
-        let near: Vec<Option<&(Vec<f64>, Vec<f64>)>> = rhs
+        let base: Vec<Option<&(Vec<f64>, Vec<f64>)>> = rhs
             .iter()
             .enumerate()
-            .map(|(k, x)| known.get(k).filter(|k| self.near(x, &k.0)))
+            .map(|(k, x)| known.get(k).filter(|k| self.differs_in_changed_rows(x, &k.0)))
             .collect();
-        let unknown = || rhs.iter().zip(&near).filter(|(_, near)| near.is_none());
+        let unknown = || rhs.iter().zip(&base).filter(|(_, base)| base.is_none());
         let mut first: Vec<Vec<f64>> = unknown().map(|(x, _)| x.to_vec()).collect();
         if !first.is_empty() {
             solver.solve(&mut first.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>());
         }
         let mut first = first.iter();
-        for (x, near) in rhs.iter_mut().zip(&near) {
-            let met = match near {
-                Some((given, known)) => Some(self.meet_change(x, given, known)),
-                None => first.next().map(|y| self.meet(y)),
+        for (x, base) in rhs.iter_mut().zip(&base) {
+            let product = match base {
+                Some((given, known)) => Some(self.subtract_known(x, given, known)),
+                None => first.next().map(|y| self.changes_times(y)),
             };
-            if let Some(met) = met {
-                let m = self.small.solve(&met);
+            if let Some(product) = product {
+                let m = self.capacitance.solve(&product);
                 self.changed.rows.iter().zip(m).for_each(|(&row, m)| x[row] -= m);
             }
         }
         solver.solve(rhs);
-        for (x, (_, known)) in rhs.iter_mut().zip(&near).filter_map(|(x, near)| Some((x, (*near)?)))
+        for (x, (_, known)) in rhs.iter_mut().zip(&base).filter_map(|(x, base)| Some((x, (*base)?)))
         {
             x.iter_mut().zip(known).for_each(|(x, known)| *x += known);
         }
     }
 
-    /// Whether two right-hand sides differ in changed rows only.
-    fn near(&self, x: &[f64], given: &[f64]) -> bool {
+    /// Whether two right-hand sides differ only in changed rows.
+    fn differs_in_changed_rows(&self, x: &[f64], given: &[f64]) -> bool {
         let differ = x.iter().zip(given).filter(|(x, g)| x != g).count();
         differ == self.changed.rows.iter().filter(|&&row| x[row] != given[row]).count()
     }
 
-    /// Takes a right-hand side with a `known` solution from `x`, which differs from it in changed rows only; `D A^-1` of the
-    /// original `x`: `D known + D Z` times what is left.
-    fn meet_change(&self, x: &mut [f64], given: &[f64], known: &[f64]) -> Vec<f64> {
+    /// Subtracts the right-hand side `given` with solution `known` from `x`, which differs only in changed rows.
+    /// Returns `D A⁻¹` of the original `x`: `D known + D Z` times the difference.
+    fn subtract_known(&self, x: &mut [f64], given: &[f64], known: &[f64]) -> Vec<f64> {
         x.iter_mut().zip(given).for_each(|(x, given)| *x -= given);
-        let mut met = self.meet(known);
-        let columns = self.by_changes.chunks_exact(met.len().max(1));
+        let mut product = self.changes_times(known);
+        let columns = self.by_changes.chunks_exact(product.len().max(1));
         for (column, &row) in columns.zip(&self.changed.rows) {
-            met.iter_mut().zip(column).for_each(|(met, z)| *met += z * x[row]);
+            product.iter_mut().zip(column).for_each(|(product, z)| *product += z * x[row]);
         }
-        met
+        product
     }
 
     /// `D y`.
-    fn meet(&self, y: &[f64]) -> Vec<f64> {
+    fn changes_times(&self, y: &[f64]) -> Vec<f64> {
         let rows = self.changed.rows.iter().zip(&self.changed.added);
         rows.map(|(&row, added)| {
             let columns = columns_of(self.pattern, row).iter();
@@ -150,7 +150,7 @@ mod tests {
         (pattern, values, groups)
     }
 
-    /// Every entry of these rows but the diagonal halved, the diagonal negative in every other row.
+    /// All entries of these rows but the diagonal halved, the diagonal negative in every other row.
     fn change(pattern: &Pattern, values: &mut [f64], rows: Vec<usize>) -> ChangedRows {
         let mut changed = ChangedRows::default();
         for row in rows {
@@ -185,11 +185,11 @@ mod tests {
         );
         let rows = vec![3, 4, 777, 1000];
         let changed = change(&pattern, &mut values, rows.clone());
-        // Right-hand sides that change with the rows, and everywhere.
-        let mut near = b.clone();
-        rows.iter().for_each(|&row| near[row] += 1.0);
+        // Right-hand sides that change in the changed rows only, and everywhere.
+        let mut base = b.clone();
+        rows.iter().for_each(|&row| base[row] += 1.0);
         let far: Vec<f64> = b.iter().map(|b| b + 0.5).collect();
-        for given in [b, near, far] {
+        for given in [b, base, far] {
             let mut x = [given.clone()];
             solver.solve_changed(&values, &changed, &mut x).unwrap();
             let left = &pattern.residuals(&values, &[[&x[0], &given]], None)[0];

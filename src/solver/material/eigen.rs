@@ -1,4 +1,4 @@
-//! Eigenvalues and eigenvectors of symmetric tensors, several side by side.
+//! Eigenvalues and eigenvectors of symmetric tensors in SIMD lanes.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -8,27 +8,27 @@ use crate::solver::numbers::tensor::Mandel;
 /// Eigenvalues, and eigenvectors in the columns.
 pub(super) type Eigen = ([f64; 3], [[f64; 3]; 3]);
 
-/// Those of two tensors at the price of one.
-pub(super) fn eigen_of_both(tensors: &[Mandel; 2]) -> [Eigen; 2] {
+/// Eigenvalues and eigenvectors of two tensors in one SIMD evaluation.
+pub(super) fn eigen_pair(tensors: &[Mandel; 2]) -> [Eigen; 2] {
     let mut side_by_side = [[0.0; POINTS]; 6];
     for (k, tensor) in tensors.iter().enumerate() {
         side_by_side.iter_mut().zip(tensor).for_each(|(to, from)| to[k] = *from);
     }
-    let [one, two, ..] = eigen_of_all(&side_by_side, 2);
+    let [one, two, ..] = eigen_batch(&side_by_side, 2);
     [one, two]
 }
 
-/// Those of the first `count` of eight tensors.
-pub(super) fn eigen_of_all(tensors: &[Eight; 6], count: usize) -> [Eigen; POINTS] {
-    Arch::new().dispatch(All { tensors, count })
+/// Eigenvalues and eigenvectors of the first `count` of eight tensors.
+pub(super) fn eigen_batch(tensors: &[Eight; 6], count: usize) -> [Eigen; POINTS] {
+    Arch::new().dispatch(EigenBatch { tensors, count })
 }
 
-struct All<'a> {
+struct EigenBatch<'a> {
     tensors: &'a [Eight; 6],
     count: usize,
 }
 
-impl WithSimd for All<'_> {
+impl WithSimd for EigenBatch<'_> {
     type Output = [Eigen; POINTS];
 
     #[inline(always)]
@@ -50,54 +50,54 @@ impl WithSimd for All<'_> {
     }
 }
 
-/// Eigenvalues and orthonormal eigenvectors of symmetric tensors (Mandel components) by cyclic Jacobi rotations:
-/// accurate to rounding also for equal eigenvalues. Returns `(values, q)` with the eigenvectors in the columns of `q`.
+/// Eigenvalues and orthonormal eigenvectors of symmetric tensors (Mandel components) by cyclic Jacobi rotations.
+/// Accurate to rounding for equal eigenvalues too. Returns `(values, q)` with the eigenvectors in the columns of `q`.
 #[inline(always)]
 pub(super) fn eigen<S: Simd>(simd: S, v: [Lane<S>; 6]) -> ([Lane<S>; 3], [[Lane<S>; 3]; 3]) {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let mut diagonal = [v[0], v[1], v[2]];
-    // Off the diagonal, by the index that is in neither: 12, 20, 01.
-    let mut off = [v[4] * half, v[5] * half, v[3] * half];
+    // Off-diagonal entries by the index that is in neither: 12, 20, 01.
+    let mut off_diagonal = [v[4] * half, v[5] * half, v[3] * half];
     let (zero, one) = (Lane::splat(simd, 0.0), Lane::splat(simd, 1.0));
     let mut q = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
     let scale = Lane::dot(&v, &v) * 1e-34;
     for _ in 0..30 {
-        if (Lane::dot(&off, &off) - scale).largest() <= 0.0 {
+        if (Lane::dot(&off_diagonal, &off_diagonal) - scale).largest() <= 0.0 {
             break;
         }
         for k in [2, 0, 1] {
-            rotate(simd, &mut diagonal, &mut off, &mut q, k);
+            rotate(simd, &mut diagonal, &mut off_diagonal, &mut q, k);
         }
     }
     (diagonal, q)
 }
 
-/// The rotation about axis `k` that annihilates the entry off the diagonal of the two others.
+/// Jacobi rotation about axis `k`, which annihilates the off-diagonal entry of the other two axes.
 #[inline(always)]
 fn rotate<S: Simd>(
     simd: S,
     diagonal: &mut [Lane<S>; 3],
-    off: &mut [Lane<S>; 3],
+    off_diagonal: &mut [Lane<S>; 3],
     q: &mut [[Lane<S>; 3]; 3],
     k: usize,
 ) {
     let (i, j) = ((k + 1) % 3, (k + 2) % 3);
     let (zero, one) = (Lane::splat(simd, 0.0), Lane::splat(simd, 1.0));
-    let apart = diagonal[j] - diagonal[i];
-    let double = off[k] + off[k];
-    // t = tan of the angle, the smaller of both that annihilate: |t| <= 1; 0 where nothing is to be done.
-    let root = apart.mul_add(apart, double * double).sqrt() + apart.abs();
+    let difference = diagonal[j] - diagonal[i];
+    let double = off_diagonal[k] + off_diagonal[k];
+    // t = tan of the rotation angle, the root with |t| <= 1; 0 if the entry vanishes.
+    let root = difference.mul_add(difference, double * double).sqrt() + difference.abs();
     let t = double / root.max(Lane::splat(simd, f64::MIN_POSITIVE));
-    let t = apart.if_less(zero, -t, t);
+    let t = difference.if_less(zero, -t, t);
     let c = one / t.mul_add(t, one).sqrt();
     let s = t * c;
-    diagonal[i] = diagonal[i] - t * off[k];
-    diagonal[j] = diagonal[j] + t * off[k];
-    // The entries ki and kj stand where j and i are missing.
-    let (ki, kj) = (off[j], off[i]);
-    off[k] = zero;
-    off[j] = c * ki - s * kj;
-    off[i] = s * ki + c * kj;
+    diagonal[i] = diagonal[i] - t * off_diagonal[k];
+    diagonal[j] = diagonal[j] + t * off_diagonal[k];
+    // Entries ki and kj are stored at j and i.
+    let (ki, kj) = (off_diagonal[j], off_diagonal[i]);
+    off_diagonal[k] = zero;
+    off_diagonal[j] = c * ki - s * kj;
+    off_diagonal[i] = s * ki + c * kj;
     for row in q.iter_mut() {
         let (x, y) = (row[i], row[j]);
         row[i] = c * x - s * y;
@@ -143,7 +143,7 @@ mod tests {
             let map = congruence(simd, &q).map(|row| row.map(Lane::largest));
             let mut other = v;
             other.reverse();
-            let [one, two] = eigen_of_both(&[v, other]);
+            let [one, two] = eigen_pair(&[v, other]);
             assert_same(&one, &tensor::eigen(&v));
             assert_same(&two, &tensor::eigen(&other));
             let q = q.map(|row| row.map(Lane::largest));

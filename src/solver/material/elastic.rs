@@ -17,16 +17,16 @@ impl Elastic {
     /// Checks the constants.
     ///
     /// # Errors
-    /// [`MaterialDataError::Elastic`] for the first one out of its range.
+    /// [`MaterialDataError::Elastic`] for the first constant out of range.
     pub fn check(&self) -> Result<(), MaterialDataError> {
-        let refused = |field: &str, found, allowed| {
+        let out_of_range = |field: &str, found, allowed| {
             Err(MaterialDataError::Elastic { field: field.into(), found, allowed })
         };
         if !(self.young > 0.0 && self.young.is_finite()) {
-            return refused("young_mpa", self.young, "above zero");
+            return out_of_range("young_mpa", self.young, "above zero");
         }
         if !(self.poisson > -1.0 && self.poisson < 0.5) {
-            return refused("poisson", self.poisson, "in (-1, 0.5)");
+            return out_of_range("poisson", self.poisson, "in (-1, 0.5)");
         }
         Ok(())
     }

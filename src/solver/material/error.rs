@@ -1,26 +1,26 @@
-//! Why the data of a material cannot be used.
+//! Errors in the data of a material.
 
 use super::hardening::HardeningError;
 use super::yield_function::YieldError;
 
-/// Numbers that are no material.
+/// Data that define no valid material.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MaterialDataError {
     /// Elastic constants or backstresses out of range.
     #[error("{field} is {found}, must be {allowed}")]
     Elastic {
-        /// Which number, as a card calls it.
+        /// Key of the card.
         field: String,
-        /// What was found.
+        /// Value found.
         found: f64,
-        /// What is allowed.
+        /// Allowed values.
         allowed: &'static str,
     },
     /// The yield surface is not convex or not closed.
     #[error(transparent)]
     Yield(#[from] YieldError),
-    /// The hardening law cannot be used.
+    /// The hardening law is invalid.
     #[error(transparent)]
     Hardening(#[from] HardeningError),
 }

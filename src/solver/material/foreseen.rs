@@ -1,30 +1,37 @@
-//! A law linearised at the strain that an increment is foreseen to end with.
+//! Law linearised at the predicted strain at the end of an increment.
 //!
-//! The first iterate of an increment is extrapolated, and extrapolated displacements turn parts of the sheet along straight
-//! lines: their strains are off by the square of the angle, which a law that sits on its yield surface answers with
-//! flow that never takes place. Logarithmic strains know no rotation; carried on from the last increments they say where
-//! every point will be, and the law is linear about that: `T = T(E*) + D (E - E*)`.
+//! The first iterate of an increment is extrapolated, and extrapolated displacements move rotating parts of the sheet
+//! along straight lines. The strain error is of second order in the rotation angle, and a point on its yield surface
+//! responds to it with spurious plastic flow. Logarithmic strains are rotation-invariant. Extrapolated from the last
+//! increments they predict the strain `E*` of every point, and the law is linear around it: `T = T(E*) + D (E - E*)`.
 
 use std::sync::Arc;
 
-use super::law::{LogResponse, LogResponses, Material, MaterialError, Memory, one_as_points};
+use super::law::{
+    HistoryLayout, LogResponse, LogResponses, Material, MaterialError, update_single,
+};
 use crate::solver::numbers::lanes::Eight;
 use crate::solver::numbers::tensor::{Mandel, Mandel66};
 
-/// A law about the strains `E*` that histories hold in the place of the last ones.
+/// Law linearised at the strains `E*`, which the histories hold in place of the last strains.
 #[derive(Debug)]
 pub struct Foreseen {
     law: Arc<dyn Material>,
     strain: usize,
-    /// In place of the law's own tangent.
+    /// Elastic tangent that replaces the tangent of the law.
     tangent: Option<Mandel66>,
 }
 
 impl Foreseen {
-    /// With the law's tangent at the strain foreseen or, with `stiff`, the elastic one: flow stays what is foreseen.
+    /// Uses the tangent of the law at `E*` or, with `elastic`, the elastic tangent: the plastic flow is then that of
+    /// `E*`.
     #[must_use]
-    pub fn new(law: Arc<dyn Material>, memory: &Memory, stiff: bool) -> Self {
-        Self { law, strain: memory.strain, tangent: stiff.then_some(memory.stiffness) }
+    pub fn new(law: Arc<dyn Material>, history_layout: &HistoryLayout, elastic: bool) -> Self {
+        Self {
+            law,
+            strain: history_layout.strain,
+            tangent: elastic.then_some(history_layout.stiffness),
+        }
     }
 }
 
@@ -40,7 +47,7 @@ impl Material for Foreseen {
         new: &mut [f64],
         response: &mut LogResponse,
     ) -> Result<(), MaterialError> {
-        one_as_points(self, strain, (old, new), response)
+        update_single(self, strain, (old, new), response)
     }
 
     fn update_points(
@@ -51,21 +58,21 @@ impl Material for Foreseen {
         out: &mut LogResponses,
     ) -> Result<(), (usize, MaterialError)> {
         let len = self.state_len();
-        let mut foreseen = *strains;
+        let mut predicted = *strains;
         for (point, old) in old.chunks_exact(len).take(count).enumerate() {
             for i in 0..6 {
-                foreseen[i][point] = old[self.strain + i];
+                predicted[i][point] = old[self.strain + i];
             }
         }
-        self.law.update_points(&foreseen, count, (old, new), out)?;
+        self.law.update_points(&predicted, count, (old, new), out)?;
         if let Some(tangent) = self.tangent {
             out.tangent = tangent.map(|row| row.map(|value| [value; _]));
         }
         for i in 0..6 {
             for j in 0..6 {
                 for point in 0..count {
-                    let off = strains[j][point] - foreseen[j][point];
-                    out.stress[i][point] += out.tangent[i][j][point] * off;
+                    let deviation = strains[j][point] - predicted[j][point];
+                    out.stress[i][point] += out.tangent[i][j][point] * deviation;
                 }
             }
         }
@@ -79,10 +86,10 @@ mod tests {
     use crate::solver::material::card;
     use crate::solver::numbers::lanes::POINTS;
 
-    /// A point of mild steel that flows, the strain it is foreseen to reach put in its history.
-    fn foreseen() -> (Arc<dyn Material>, Vec<f64>, Mandel) {
+    /// A yielding point of mild steel, with the predicted strain in its history.
+    fn predicted() -> (Arc<dyn Material>, Vec<f64>, Mandel) {
         let law = card::find("mild-steel-neto2012").unwrap().build(0.4).unwrap();
-        let at = law.memory().unwrap().strain;
+        let at = law.history_layout().unwrap().strain;
         let mut old = vec![0.0; law.state_len()];
         let mut new = old.clone();
         let first = [0.02, -0.005, -0.015, 0.01, 0.0, 0.0];
@@ -95,23 +102,23 @@ mod tests {
     }
 
     #[test]
-    fn a_foreseen_law_is_the_law_there_and_linear_about_it() {
-        let (law, old, there) = foreseen();
-        let memory = law.memory().unwrap();
+    fn a_predicted_law_is_the_linearisation_at_the_predicted_strain() {
+        let (law, old, there) = predicted();
+        let history_layout = law.history_layout().unwrap();
         let mut new = old.clone();
         let mut expected = LogResponse::zero();
         law.update(&there, &old, &mut new, &mut expected).unwrap();
         assert!(expected.plastic);
-        let off = [1e-3, 2e-3, -5e-4, 1e-3, -2e-3, 3e-3];
-        let strain: Mandel = std::array::from_fn(|i| there[i] + off[i]);
-        for stiff in [false, true] {
-            let tangent = if stiff { memory.stiffness } else { expected.tangent };
-            let linear = Foreseen::new(Arc::clone(&law), &memory, stiff);
+        let deviation = [1e-3, 2e-3, -5e-4, 1e-3, -2e-3, 3e-3];
+        let strain: Mandel = std::array::from_fn(|i| there[i] + deviation[i]);
+        for elastic in [false, true] {
+            let tangent = if elastic { history_layout.stiffness } else { expected.tangent };
+            let linear = Foreseen::new(Arc::clone(&law), &history_layout, elastic);
             let mut out = LogResponse::zero();
             linear.update(&strain, &old, &mut new, &mut out).unwrap();
             for i in 0..6 {
-                let moved: f64 = (0..6).map(|j| tangent[i][j] * off[j]).sum();
-                assert!((out.stress[i] - expected.stress[i] - moved).abs() < 1e-9, "{stiff} {i}");
+                let moved: f64 = (0..6).map(|j| tangent[i][j] * deviation[j]).sum();
+                assert!((out.stress[i] - expected.stress[i] - moved).abs() < 1e-9, "{elastic} {i}");
                 assert_eq!(out.tangent[i], tangent[i]);
             }
             let mut all = LogResponses::zero();
@@ -120,7 +127,7 @@ mod tests {
             let to = &mut histories.clone()[..];
             linear.update_points(&strains, 3, (&histories, to), &mut all).unwrap();
             for point in 0..3 {
-                let one = all.get(point);
+                let one = all.point(point);
                 assert_eq!((one.stress, one.tangent), (out.stress, out.tangent));
             }
         }

@@ -60,21 +60,21 @@ pub enum Hardening {
     },
 }
 
-/// A hardening law with numbers it cannot work with.
+/// Invalid parameter of a hardening law.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("hardening.{field} is {found}, must be {allowed}")]
 pub struct HardeningError {
-    /// Which number, as a card calls it.
+    /// Key of the card.
     pub field: String,
-    /// What was found.
+    /// Value found.
     pub found: f64,
-    /// What is allowed.
+    /// Allowed values.
     pub allowed: &'static str,
 }
 
 impl Hardening {
-    /// Flow stress and its slope [MPa] at equivalent plastic strain `p >= 0`; Ludwik's curve with `n < 1` begins upright, its
-    /// slope at 0 is infinite.
+    /// Flow stress and its slope [MPa] at equivalent plastic strain `p >= 0`. Ludwik's law with `n < 1` has an
+    /// infinite slope at 0.
     #[must_use]
     pub fn flow_stress(&self, p: f64) -> (f64, f64) {
         match self {
@@ -88,17 +88,17 @@ impl Hardening {
             }
             Self::Ludwik { sigma0, k, n } => {
                 let power = k * p.powf(*n);
-                let upright = if *n < 1.0 && *k > 0.0 { f64::INFINITY } else { k * n };
-                (sigma0 + power, if p > 0.0 { n * power / p } else { upright })
+                let initial_slope = if *n < 1.0 && *k > 0.0 { f64::INFINITY } else { k * n };
+                (sigma0 + power, if p > 0.0 { n * power / p } else { initial_slope })
             }
             Self::Table { strain, stress } => table(strain, stress, p),
         }
     }
 
-    /// Checks the numbers.
+    /// Checks the parameters.
     ///
     /// # Errors
-    /// [`HardeningError`] for the first number out of its range.
+    /// [`HardeningError`] for the first parameter out of range.
     pub fn check(&self) -> Result<(), HardeningError> {
         match self {
             Self::Swift { k, eps0, n } => check_swift(*k, *eps0, *n),
@@ -157,9 +157,9 @@ fn check_table(strain: &[f64], stress: &[f64]) -> Result<(), HardeningError> {
         need(rises, &format!("strain[{}]", k + 1), pair[1], "above the one before")?;
     }
     for (k, pair) in stress.windows(2).enumerate() {
-        let holds = pair[1] >= pair[0] && pair[1].is_finite();
+        let does_not_fall = pair[1] >= pair[0] && pair[1].is_finite();
         let allowed = "not below the one before; fit a law to a measured curve";
-        need(holds, &format!("stress[{}]", k + 1), pair[1], allowed)?;
+        need(does_not_fall, &format!("stress[{}]", k + 1), pair[1], allowed)?;
     }
     Ok(())
 }

@@ -1,8 +1,8 @@
-//! Hill's 1948 yield function in its own eigenbasis.
+//! Hill's 1948 yield function in its eigenbasis.
 //!
-//! `σ̄² = F (σ22-σ33)² + G (σ33-σ11)² + H (σ11-σ22)² + 2L σ23² + 2M σ31² + 2N σ12²
-//! = Tᵀ P T = Σ_i π_i (v_i · T)²`. The five deviatoric eigenvectors `v_i` of `P` are also eigenvectors of
-//! isotropic elasticity, which turns the return mapping into one scalar equation.
+//! `σ̄² = F (σ22-σ33)² + G (σ33-σ11)² + H (σ11-σ22)² + 2L σ23² + 2M σ31² + 2N σ12² = Tᵀ P T = Σ_i π_i (v_i · T)²`.
+//! The five deviatoric eigenvectors `v_i` of `P` are also eigenvectors of isotropic elasticity, which reduces the
+//! return mapping to one scalar equation.
 
 use crate::solver::numbers::tensor::Mandel;
 
@@ -23,11 +23,11 @@ pub struct Hill48 {
     pub n: f64,
 }
 
-/// Parameters that are no convex yield surface.
+/// Parameters of a yield surface that is not convex.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("Hill48: {condition} is {found}, must be above zero for a convex yield surface")]
 pub struct Hill48Error {
-    /// The condition that fails.
+    /// Condition that is violated.
     pub condition: &'static str,
     /// Its value.
     pub found: f64,
@@ -37,8 +37,8 @@ impl Hill48 {
     /// The isotropic case, von Mises.
     pub const MISES: Self = Self { f: 0.5, g: 0.5, h: 0.5, l: 1.5, m: 1.5, n: 1.5 };
 
-    /// Parameters from the r values at 0, 45 and 90 degrees to rolling, `G + H = 1`, out-of-plane shear as
-    /// in the isotropic case (`L = M = 1.5`).
+    /// Parameters from the r values at 0, 45 and 90 degrees to the rolling direction, with `G + H = 1` and isotropic
+    /// out-of-plane shear (`L = M = 1.5`).
     #[must_use]
     pub fn from_r_values(r0: f64, r45: f64, r90: f64) -> Self {
         let g = 1.0 / (1.0 + r0);
@@ -47,8 +47,8 @@ impl Hill48 {
         Self { f, g, h, l: 1.5, m: 1.5, n: (r45 + 0.5) * (f + g) }
     }
 
-    /// The same surface scaled so that `G + H = 1`: the equivalent stress is the stress of tension along
-    /// the rolling direction.
+    /// The same surface scaled to `G + H = 1`: the equivalent stress equals the stress in tension along the rolling
+    /// direction.
     #[must_use]
     pub fn normalised(&self) -> Self {
         let scale = 1.0 / (self.g + self.h);
@@ -59,7 +59,7 @@ impl Hill48 {
     /// Checks convexity.
     ///
     /// # Errors
-    /// [`Hill48Error`] naming the condition that fails.
+    /// [`Hill48Error`] with the violated condition.
     pub fn check(&self) -> Result<(), Hill48Error> {
         let Self { f, g, h, l, m, n } = *self;
         let conditions = [
@@ -79,7 +79,7 @@ impl Hill48 {
         Ok(())
     }
 
-    /// `r` value (width over thickness plastic strain) of tension at `angle` [rad] to rolling.
+    /// `r` value (width over thickness plastic strain) in tension at `angle` [rad] to the rolling direction.
     #[must_use]
     pub fn r_value(&self, angle: f64) -> f64 {
         let (s, c) = angle.sin_cos();
@@ -88,7 +88,7 @@ impl Hill48 {
         (h + (2.0 * n - f - g - 4.0 * h) * s2 * c2) / (f * s2 + g * c2)
     }
 
-    /// Yield stress of tension at `angle` [rad] over the equivalent stress.
+    /// Yield stress in tension at `angle` [rad] over the equivalent stress.
     #[must_use]
     pub fn yield_ratio(&self, angle: f64) -> f64 {
         let (s, c) = angle.sin_cos();
@@ -130,18 +130,18 @@ impl Spectrum {
         let (a, b, d) = (form(&one, &one), form(&one, &two), form(&two, &two));
         let angle = 0.5 * (2.0 * b).atan2(a - d);
         let (s, c) = angle.sin_cos();
-        let turn =
+        let combination =
             |x: f64, y: f64| -> [f64; 3] { std::array::from_fn(|i| x * one[i] + y * two[i]) };
-        let normal = [turn(c, s), turn(-s, c)];
+        let normal = [combination(c, s), combination(-s, c)];
         let values = [form(&normal[0], &normal[0]), form(&normal[1], &normal[1]), n, l, m];
         Self { values, normal }
     }
 
-    /// Whether it is von Mises' form, the same in all axes (to [`ISOTROPIC`]).
+    /// Whether it is the von Mises form, within [`ISOTROPY_TOLERANCE_REL`].
     #[must_use]
     pub fn is_isotropic(&self) -> bool {
         let [first, ref rest @ ..] = self.values;
-        rest.iter().all(|value| (value - first).abs() <= ISOTROPIC * first)
+        rest.iter().all(|value| (value - first).abs() <= ISOTROPY_TOLERANCE_REL * first)
     }
 
     /// Components `v_i · t`.
@@ -175,8 +175,8 @@ impl Spectrum {
     }
 }
 
-/// Numbers of a criterion that differ by no more than this share are the same.
-pub(super) const ISOTROPIC: f64 = 1e-9;
+/// Relative tolerance within which the parameters of a criterion count as isotropic.
+pub(super) const ISOTROPY_TOLERANCE_REL: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {

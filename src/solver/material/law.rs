@@ -1,9 +1,9 @@
-//! What a material is to the elements: stress, moduli and history of a point.
+//! Interface of a material law: stress, tangent and history of a point.
 
 use crate::solver::numbers::lanes::{Eight, POINTS};
 use crate::solver::numbers::tensor::{Mandel, Mandel66};
 
-/// What a material law answers at a point, in logarithmic strain space.
+/// Response of a material law at a point, in logarithmic strain space.
 #[derive(Debug, Clone, Copy)]
 pub struct LogResponse {
     /// Stress `T` conjugate to the logarithmic strain [MPa].
@@ -12,9 +12,9 @@ pub struct LogResponse {
     pub tangent: Mandel66,
     /// Stored elastic energy per reference volume [N mm / mm³].
     pub elastic_energy: f64,
-    /// Plastic work per reference volume since the beginning [N mm / mm³].
+    /// Plastic work per reference volume since the start [N mm / mm³].
     pub plastic_work: f64,
-    /// Whether plastic flow took place in this increment.
+    /// Whether the point yielded in this increment.
     pub plastic: bool,
 }
 
@@ -32,7 +32,7 @@ impl LogResponse {
     }
 }
 
-/// What a material law answers at eight points side by side.
+/// Response of a material law at eight points in SIMD lanes.
 #[derive(Debug, Clone)]
 pub struct LogResponses {
     /// Stresses `T` conjugate to the logarithmic strain [MPa].
@@ -41,9 +41,9 @@ pub struct LogResponses {
     pub tangent: [[Eight; 6]; 6],
     /// Stored elastic energy per reference volume [N mm / mm³].
     pub elastic_energy: Eight,
-    /// Plastic work per reference volume since the beginning [N mm / mm³].
+    /// Plastic work per reference volume since the start [N mm / mm³].
     pub plastic_work: Eight,
-    /// Whether plastic flow took place in this increment.
+    /// Whether the points yielded in this increment.
     pub plastic: [bool; POINTS],
 }
 
@@ -51,17 +51,17 @@ impl LogResponses {
     /// All zero.
     #[must_use]
     pub fn zero() -> Self {
-        const NONE: Eight = [0.0; POINTS];
+        const ZERO: Eight = [0.0; POINTS];
         Self {
-            stress: [NONE; 6],
-            tangent: [[NONE; 6]; 6],
-            elastic_energy: NONE,
-            plastic_work: NONE,
+            stress: [ZERO; 6],
+            tangent: [[ZERO; 6]; 6],
+            elastic_energy: ZERO,
+            plastic_work: ZERO,
             plastic: [false; POINTS],
         }
     }
 
-    pub(in crate::solver) fn put(&mut self, point: usize, one: &LogResponse) {
+    pub(in crate::solver) fn set_point(&mut self, point: usize, one: &LogResponse) {
         self.stress.iter_mut().zip(one.stress).for_each(|(to, from)| to[point] = from);
         let tangents = self.tangent.as_flattened_mut().iter_mut().zip(one.tangent.as_flattened());
         tangents.for_each(|(to, from)| to[point] = *from);
@@ -70,7 +70,7 @@ impl LogResponses {
         self.plastic[point] = one.plastic;
     }
 
-    pub(super) fn get(&self, point: usize) -> LogResponse {
+    pub(super) fn point(&self, point: usize) -> LogResponse {
         LogResponse {
             stress: self.stress.map(|of| of[point]),
             tangent: self.tangent.map(|row| row.map(|of| of[point])),
@@ -81,22 +81,22 @@ impl LogResponses {
     }
 }
 
-/// What a point has come to.
+/// State of a point for output.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PointState {
     /// Equivalent plastic strain.
     pub plastic_strain: f64,
-    /// What the yield function says of the stress `T` (not of its distance from backstresses) [MPa].
+    /// Equivalent stress of `T` itself, backstresses not subtracted [MPa].
     pub equivalent_stress: f64,
-    /// Pressure, a third of the trace of `-T` [MPa].
+    /// Pressure `-tr(T)/3` [MPa].
     pub pressure: f64,
 }
 
-/// Why a material point could not be updated. The remedy is always a smaller increment.
+/// Failure of a constitutive update. The remedy is always a smaller increment.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MaterialError {
-    /// The deformation has lost its positive volume, or is not a number.
+    /// `C` is not positive definite or not finite.
     #[error(
         "eigenvalue {value:.3e} of the right Cauchy-Green tensor, must be finite and above zero: the sheet is pressed to nothing there"
     )]
@@ -104,26 +104,26 @@ pub enum MaterialError {
         /// The eigenvalue found.
         value: f64,
     },
-    /// The scalar equation of the return mapping was not solved.
+    /// The return mapping did not converge.
     #[error(
         "return mapping stopped at residual {residual:.3e} of the yield stress after {iterations} iterations: the strain of one step is out of all proportion"
     )]
     ReturnMapping {
         /// Residual relative to the yield stress.
         residual: f64,
-        /// Iterations spent.
+        /// Number of iterations.
         iterations: usize,
     },
 }
 
-/// A material law in logarithmic strain space.
+/// Material law in logarithmic strain space.
 ///
-/// `update` is a pure function of strain and old history: calling it twice gives the same answer.
+/// `update` is a pure function of the strain and the old history.
 pub trait Material: Send + Sync + std::fmt::Debug {
-    /// Number of history values a point keeps.
+    /// Number of history values of a point.
     fn state_len(&self) -> usize;
 
-    /// Writes the history of the virgin material (all zero unless a law says otherwise).
+    /// Initial history of the virgin material; zero by default.
     fn initial_state(&self, state: &mut [f64]) {
         state.fill(0.0);
     }
@@ -131,7 +131,7 @@ pub trait Material: Send + Sync + std::fmt::Debug {
     /// Stress, consistent tangent and new history at the logarithmic strain `strain`.
     ///
     /// # Errors
-    /// [`MaterialError`] when no admissible state was found; the caller cuts the increment.
+    /// [`MaterialError`] if no admissible state was found; the caller then cuts the increment.
     fn update(
         &self,
         strain: &Mandel,
@@ -140,10 +140,10 @@ pub trait Material: Send + Sync + std::fmt::Debug {
         response: &mut LogResponse,
     ) -> Result<(), MaterialError>;
 
-    /// [`Material::update`] of `count` points (at most eight, side by side in `strains`) whose histories follow one another.
+    /// [`Material::update`] of `count` points (at most eight, in the lanes of `strains`) with contiguous histories.
     ///
     /// # Errors
-    /// [`MaterialError`] with the first point that failed.
+    /// [`MaterialError`] with the index of the first point that failed.
     fn update_points(
         &self,
         strains: &[Eight; 6],
@@ -151,28 +151,28 @@ pub trait Material: Send + Sync + std::fmt::Debug {
         (old, new): (&[f64], &mut [f64]),
         out: &mut LogResponses,
     ) -> Result<(), (usize, MaterialError)> {
-        one_by_one(self, strains, count, (old, new), out)
+        update_each(self, strains, count, (old, new), out)
     }
 
-    /// What a history says of its point; `None` for laws that keep none.
+    /// State of a point from its history; `None` for laws without history.
     fn point_state(&self, history: &[f64]) -> Option<PointState> {
         let _ = history;
         None
     }
 
-    /// What a history keeps that the next increment can be foreseen from; `None` for laws that need no such thing.
-    fn memory(&self) -> Option<Memory> {
+    /// Layout of the history for the prediction of an increment; `None` for laws that need no prediction.
+    fn history_layout(&self) -> Option<HistoryLayout> {
         None
     }
 
-    /// Whether the tangent is symmetric (associated flow without recovery terms).
+    /// Whether the tangent is symmetric (associated flow without recovery of backstresses).
     fn is_symmetric(&self) -> bool {
         true
     }
 }
 
-/// One point of a law that is asked for points side by side.
-pub fn one_as_points(
+/// Updates a single point of a law that implements [`Material::update_points`].
+pub fn update_single(
     law: &dyn Material,
     strain: &Mandel,
     histories: (&[f64], &mut [f64]),
@@ -181,12 +181,12 @@ pub fn one_as_points(
     let mut all = LogResponses::zero();
     let strains = strain.map(|value| [value; POINTS]);
     law.update_points(&strains, 1, histories, &mut all).map_err(|(_, error)| error)?;
-    *response = all.get(0);
+    *response = all.point(0);
     Ok(())
 }
 
-/// Updates points by [`Material::update`].
-pub fn one_by_one<M: Material + ?Sized>(
+/// Updates each point by [`Material::update`].
+pub fn update_each<M: Material + ?Sized>(
     material: &M,
     strains: &[Eight; 6],
     count: usize,
@@ -201,18 +201,18 @@ pub fn one_by_one<M: Material + ?Sized>(
         material
             .update(&strain, &old[range.clone()], &mut new[range], &mut response)
             .map_err(|error| (point, error))?;
-        out.put(point, &response);
+        out.set_point(point, &response);
     }
     Ok(())
 }
 
-/// What a law keeps that an increment can be foreseen from.
+/// Position of strains in a history, and the elastic stiffness.
 #[derive(Debug, Clone, Copy)]
-pub struct Memory {
-    /// Where in a history the logarithmic strain begins (six values, in the axes in which the law was asked).
+pub struct HistoryLayout {
+    /// Index of the logarithmic strain (six values, in the axes of the caller).
     pub strain: usize,
-    /// Where the plastic part of it begins (six values; the axes may be the material's).
+    /// Index of the plastic strain (six values, possibly in material axes).
     pub plastic: usize,
-    /// Elastic stiffness [MPa]; isotropic.
+    /// Isotropic elastic stiffness [MPa].
     pub stiffness: Mandel66,
 }

@@ -1,7 +1,7 @@
-//! Materials: small-strain laws in logarithmic strain space, carried to finite strain by [`log_strain`].
+//! Materials: small-strain laws in logarithmic strain space, extended to finite strain by [`log_strain`].
 //!
-//! A law sees the logarithmic strain `E = ½ ln C` (material axes, Mandel six-vector) and its history, and
-//! answers with the conjugate stress `T` [MPa], the consistent tangent `dT/dE` [MPa] and the new history.
+//! A law computes from the logarithmic strain `E = ½ ln C` (material axes, Mandel vector) and the history of a point
+//! the conjugate stress `T` [MPa], the consistent tangent `dT/dE` [MPa] and the new history.
 
 #![allow(
     clippy::needless_range_loop,
@@ -25,5 +25,7 @@ pub mod yield_function;
 pub mod yld2004;
 
 pub use self::error::MaterialDataError;
-pub use self::law::{LogResponse, LogResponses, Material, MaterialError, Memory, PointState};
-pub(crate) use self::turned::Turned;
+pub use self::law::{
+    HistoryLayout, LogResponse, LogResponses, Material, MaterialError, PointState,
+};
+pub(crate) use self::turned::RotatedLaw;

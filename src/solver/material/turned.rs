@@ -1,31 +1,31 @@
-//! A law in axes of the place: strains are turned into them, stresses and tangents back. The law keeps its histories in
-//! these axes and knows of no others, so that it is one for a whole body whose axes differ from element to element.
+//! Law in rotated axes: strains are rotated into them, stresses and tangents back. The histories stay in these axes,
+//! so that one law serves a body whose axes differ between elements.
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::law::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
+use super::law::{LogResponse, LogResponses, Material, MaterialError, update_single};
 use crate::geometry::Mat3;
-use crate::solver::numbers::algebra::{turn_back, turned};
+use crate::solver::numbers::algebra::{rotate, rotate_back};
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 
-/// A law asked in global axes that answers in its own.
+/// Law evaluated in global axes that computes in its own axes.
 #[derive(Debug)]
-pub(crate) struct Turned<'a> {
+pub(crate) struct RotatedLaw<'a> {
     law: &'a dyn Material,
-    /// Turns global tensors into the axes.
-    turn: Mandel66,
+    /// Rotation of global tensors into the axes.
+    rotation: Mandel66,
 }
 
-impl<'a> Turned<'a> {
-    /// In the axes that are the columns of the rotation `axes`.
+impl<'a> RotatedLaw<'a> {
+    /// Axes are the columns of the rotation `axes`.
     pub(crate) fn new(law: &'a dyn Material, axes: &Mat3) -> Self {
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| axes[(j, i)]));
-        Self { law, turn: tensor::congruence(&rows) }
+        Self { law, rotation: tensor::congruence(&rows) }
     }
 }
 
-impl Material for Turned<'_> {
+impl Material for RotatedLaw<'_> {
     fn state_len(&self) -> usize {
         self.law.state_len()
     }
@@ -37,7 +37,7 @@ impl Material for Turned<'_> {
         new: &mut [f64],
         response: &mut LogResponse,
     ) -> Result<(), MaterialError> {
-        one_as_points(self, strain, (old, new), response)
+        update_single(self, strain, (old, new), response)
     }
 
     fn update_points(
@@ -47,49 +47,49 @@ impl Material for Turned<'_> {
         (old, new): (&[f64], &mut [f64]),
         out: &mut LogResponses,
     ) -> Result<(), (usize, MaterialError)> {
-        let (turn, mut own) = (&self.turn, [[0.0; POINTS]; 6]);
-        Arch::new().dispatch(Into { turn, strains, own: &mut own });
-        self.law.update_points(&own, count, (old, new), out)?;
-        Arch::new().dispatch(Back { turn, out });
+        let (rotation, mut local) = (&self.rotation, [[0.0; POINTS]; 6]);
+        Arch::new().dispatch(RotateStrains { rotation, strains, local: &mut local });
+        self.law.update_points(&local, count, (old, new), out)?;
+        Arch::new().dispatch(RotateResponses { rotation, out });
         Ok(())
     }
 }
 
-/// Strains turned into the axes.
-struct Into<'a> {
-    turn: &'a Mandel66,
+/// Strains rotated into the axes.
+struct RotateStrains<'a> {
+    rotation: &'a Mandel66,
     strains: &'a [Eight; 6],
-    own: &'a mut [Eight; 6],
+    local: &'a mut [Eight; 6],
 }
 
-impl WithSimd for Into<'_> {
+impl WithSimd for RotateStrains<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for first in Lane::<S>::groups() {
-            let own = turned(self.turn, false, &Lane::load_all(simd, self.strains, first));
-            for (value, to) in own.iter().zip(self.own.iter_mut()) {
+            let local = rotate(self.rotation, false, &Lane::load_all(simd, self.strains, first));
+            for (value, to) in local.iter().zip(self.local.iter_mut()) {
                 value.store(to, first);
             }
         }
     }
 }
 
-/// Stresses and tangents turned back.
-struct Back<'a> {
-    turn: &'a Mandel66,
+/// Stresses and tangents rotated back.
+struct RotateResponses<'a> {
+    rotation: &'a Mandel66,
     out: &'a mut LogResponses,
 }
 
-impl WithSimd for Back<'_> {
+impl WithSimd for RotateResponses<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let LogResponses { stress, tangent, .. } = self.out;
         for first in Lane::<S>::groups() {
-            let global = turned(self.turn, true, &Lane::load_all(simd, stress, first));
+            let global = rotate(self.rotation, true, &Lane::load_all(simd, stress, first));
             for (value, to) in global.iter().zip(stress.iter_mut()) {
                 value.store(to, first);
             }
@@ -97,7 +97,7 @@ impl WithSimd for Back<'_> {
             for (row, from) in rows.iter_mut().zip(tangent.iter()) {
                 *row = Lane::load_all(simd, from, first);
             }
-            turn_back(self.turn, &mut rows);
+            rotate_back(self.rotation, &mut rows);
             for (row, to) in rows.iter().zip(tangent.iter_mut()) {
                 for (value, to) in row.iter().zip(to.iter_mut()) {
                     value.store(to, first);
@@ -114,15 +114,15 @@ mod tests {
     use super::*;
     use crate::solver::material::card;
 
-    /// The rolling direction at an angle in the plane: by the law itself, or by axes turned about its normal.
+    /// The rolling direction at an angle in the plane: by the law itself, or by axes rotated about its normal.
     #[test]
     fn a_law_turned_from_outside_answers_as_one_turned_by_itself() {
         for name in ["mild-steel-neto2012", "aa2090-t3-barlat2005"] {
-            let [own, flat] =
+            let [local, flat] =
                 [0.4, 0.0].map(|angle| card::find(name).unwrap().build(angle).unwrap());
             let (s, c) = 0.4_f64.sin_cos();
             let axes = Mat3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
-            let turned = Turned::new(flat.as_ref(), &axes);
+            let rotate = RotatedLaw::new(flat.as_ref(), &axes);
             let old = vec![0.0; flat.state_len()];
             let strain = [0.02, -0.005, -0.015, 0.01, 0.003, -0.002];
             let answer = |law: &dyn Material| {
@@ -130,9 +130,9 @@ mod tests {
                 law.update(&strain, &old, &mut new, &mut out).unwrap();
                 (out, new)
             };
-            let ((a, by_itself), (b, from_outside)) = (answer(own.as_ref()), answer(&turned));
+            let ((a, by_itself), (b, from_outside)) = (answer(local.as_ref()), answer(&rotate));
             let of = |law: &Arc<dyn Material>, history: &[f64]| law.point_state(history).unwrap();
-            let [a_state, b_state] = [of(&own, &by_itself), of(&flat, &from_outside)];
+            let [a_state, b_state] = [of(&local, &by_itself), of(&flat, &from_outside)];
             let off = a_state.plastic_strain - b_state.plastic_strain;
             assert!(off.abs() < 1e-12 && a_state.plastic_strain > 0.01);
             assert!((a_state.equivalent_stress - b_state.equivalent_stress).abs() < 1e-9);

@@ -1,26 +1,26 @@
-//! What the return mapping and the reports ask of a yield criterion.
+//! Yield criteria: equivalent stress, derivatives, r values and yield ratios.
 
 use super::hill48::{Hill48, Hill48Error, Spectrum};
 use super::yld2004::{Derivatives, Yld2004, Yld2004Error};
 use crate::solver::numbers::tensor::{Mandel, Mandel66};
 
-/// A yield criterion `σ̄(T)`, scaled so that tension along the rolling direction gives the stress itself.
+/// Yield criterion `σ̄(T)`, scaled so that tension along the rolling direction gives the stress itself.
 #[derive(Debug, Clone)]
 pub enum YieldFunction {
-    /// Hill 1948 and von Mises: quadratic, returned in closed form up to one scalar.
+    /// Hill 1948 and von Mises: quadratic; the return mapping has a closed form in one scalar unknown.
     Hill48(Spectrum),
     /// Yld2004-18p and Hosford.
     Yld2004(Box<Yld2004>),
 }
 
-/// A yield criterion with numbers it cannot work with.
+/// Invalid parameters of a yield criterion.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum YieldError {
     /// Hill48 is not convex.
     #[error(transparent)]
     Hill48(#[from] Hill48Error),
-    /// Yld2004-18p out of range.
+    /// A parameter of Yld2004-18p is out of range.
     #[error(transparent)]
     Yld2004(#[from] Yld2004Error),
 }
@@ -29,13 +29,13 @@ impl YieldFunction {
     /// Hill's criterion, scaled to `G + H = 1`.
     ///
     /// # Errors
-    /// [`YieldError::Hill48`] unless it is convex.
+    /// [`YieldError::Hill48`] if it is not convex.
     pub fn hill48(hill: &Hill48) -> Result<Self, YieldError> {
         hill.check()?;
         Ok(Self::Hill48(Spectrum::new(&hill.normalised())))
     }
 
-    /// Whether it is the same in all axes.
+    /// Whether the criterion is isotropic.
     #[must_use]
     pub fn is_isotropic(&self) -> bool {
         match self {
@@ -62,7 +62,7 @@ impl YieldFunction {
         }
     }
 
-    /// `r` value (width over thickness plastic strain) of tension at `angle` [rad] to rolling.
+    /// `r` value (width over thickness plastic strain) in tension at `angle` [rad] to the rolling direction.
     #[must_use]
     pub fn r_value(&self, angle: f64) -> f64 {
         let n = self.derivatives(&tension(angle)).gradient;
@@ -70,13 +70,13 @@ impl YieldFunction {
         crate::solver::numbers::tensor::dot(&n, &across) / n[2]
     }
 
-    /// Yield stress of tension at `angle` [rad] over that along rolling.
+    /// Yield stress in tension at `angle` [rad] over that along the rolling direction.
     #[must_use]
     pub fn yield_ratio(&self, angle: f64) -> f64 {
         self.equivalent(&tension(angle)).recip()
     }
 
-    /// Balanced biaxial yield stress over that of tension along rolling.
+    /// Balanced biaxial yield stress over that in tension along the rolling direction.
     #[must_use]
     pub fn biaxial_ratio(&self) -> f64 {
         self.equivalent(&[1.0, 1.0, 0.0, 0.0, 0.0, 0.0]).recip()
@@ -90,7 +90,7 @@ impl YieldFunction {
     }
 }
 
-/// Unit tension in the sheet's plane.
+/// Unit tension in the plane of the sheet.
 fn tension(angle: f64) -> Mandel {
     let (s, c) = angle.sin_cos();
     [c * c, s * s, 0.0, std::f64::consts::SQRT_2 * s * c, 0.0, 0.0]

@@ -1,4 +1,4 @@
-//! Whether an iterate is a balance, and what goes on record of it.
+//! Convergence criterion of the Newton iteration, and the record of an iteration.
 
 use super::record::IterationRecord;
 use crate::geometry::Vec3;
@@ -6,8 +6,8 @@ use crate::solver::limits::Limits;
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::{Residual, System};
 
-/// Whether forces and gaps are within the tolerances; `stagnates`: the last corrections were no smaller than half
-/// the ones before.
+/// Whether residual forces and gaps are within their tolerances. `stagnates`: the norms of the last corrections did
+/// not halve.
 pub(in crate::solver) fn is_settled(
     sys: &System,
     residual: &Residual,
@@ -18,28 +18,33 @@ pub(in crate::solver) fn is_settled(
     let rounding = 1e-13 * sys.scales.normal * sys.lengths.shortest_edge;
     let force = limits.force_tolerance * residual.reference + rounding;
     let gap = limits.gap_tolerance * sys.lengths.shortest_edge;
-    let unbalanced = residual.force.max(sys.eval.internal_residual);
-    residual.length <= gap && (unbalanced <= force || is_rounding(sys, unbalanced, last, stagnates))
+    let residual_force = residual.force.max(sys.eval.internal_residual);
+    residual.length <= gap
+        && (residual_force <= force || is_rounding(sys, residual_force, last, stagnates))
 }
 
-/// Whether an iterate is the balance but for the rounding of the nodes' places: what it leaves out of balance is no more than
-/// that, and neither was the last correction. A sheet that nothing holds has no other force to go by, and its
-/// supports, which carry next to nothing, none that is worth a tolerance. A thin one that little holds answers to the rounding
-/// of its forces by bending, so corrections stop shrinking at far more than rounding: then they may be a small share of the
-/// thickness.
-fn is_rounding(sys: &System, unbalanced: f64, last: Option<&Correction>, stagnates: bool) -> bool {
+/// Whether the residual is due to the rounding of nodal positions: residual and last correction are both within it.
+/// An unconstrained sheet has no reference force, and its supports carry almost nothing. A thin sheet bends under the
+/// rounding of its forces, so its corrections stop decreasing well above rounding. If they stagnate, they may be as
+/// large as a small fraction of the thickness ([`STAGNANT_CORRECTION_REL`]).
+fn is_rounding(
+    sys: &System,
+    residual_force: f64,
+    last: Option<&Correction>,
+    stagnates: bool,
+) -> bool {
     const ROUNDING_FACTOR: f64 = 4.0;
-    const CORRECTION_REL: f64 = 1e-3;
-    let places =
+    const STAGNANT_CORRECTION_REL: f64 = 1e-3;
+    let position_rounding =
         ROUNDING_FACTOR * f64::EPSILON * sys.lengths.farthest * (sys.u.len() as f64).sqrt();
-    let small = |c: &Correction| {
-        size(c) <= places
-            || (stagnates && largest_move(c) <= CORRECTION_REL * sys.lengths.shortest_edge)
+    let is_small = |c: &Correction| {
+        size(c) <= position_rounding
+            || (stagnates && largest_move(c) <= STAGNANT_CORRECTION_REL * sys.lengths.shortest_edge)
     };
-    unbalanced <= sys.scales.normal * places && last.is_some_and(small)
+    residual_force <= sys.scales.normal * position_rounding && last.is_some_and(is_small)
 }
 
-/// Largest displacement of a node in a correction [mm].
+/// Largest nodal displacement of a correction [mm].
 fn largest_move(correction: &Correction) -> f64 {
     let moves = correction.u.chunks_exact(3).map(|u| Vec3::from_column_slice(u).norm());
     moves.fold(0.0, f64::max)
@@ -57,7 +62,7 @@ pub(in crate::solver) fn record(
     changes: usize,
 ) -> IterationRecord {
     let floor = 1e-12 * sys.scales.normal * sys.lengths.shortest_edge;
-    // An iterate out of all proportion goes on record too, and records are read again.
+    // A diverging iterate is recorded too; records must contain finite numbers.
     let number = |value: f64| if value.is_finite() { value } else { f64::MAX };
     IterationRecord {
         residual: number(residual.force / residual.reference.max(floor)),

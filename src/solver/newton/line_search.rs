@@ -1,124 +1,128 @@
-//! How much of a correction to take.
+//! Line search along a correction.
 //!
-//! Elastic and plastic, sticking and sliding points in turn, and sheets that are soft in bending and stiff in their
-//! plane, make whole corrections lead too far. The work of the residual along the correction,
-//! `G(s) = du . R(u + s du)`, is the slope of the incremental energy: it is negative where a correction begins and
-//! vanishes where its best part ends. The whole correction is tried first; where it is good, nothing is done twice.
+//! Full corrections may overshoot when points alternate between elastic and plastic or between stick and slip, and
+//! when a sheet is soft in bending and stiff in its plane. The work of the residual along the correction,
+//! `G(s) = du . R(u + s du)`, is the slope of the incremental energy: negative at its start and zero at the optimal
+//! step. The full correction is tried first; if it is acceptable, no evaluation is repeated.
 
 use crate::solver::assembly::ElementFailure;
 use crate::solver::element::Want;
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::System;
 
-/// A correction is good when the slope at its end is at most this share of the slope at its beginning.
-const SLOPE_RATIO: f64 = 0.2;
-/// Trials of shorter steps.
-const MAX_TRIALS: usize = 4;
-/// Smallest share taken.
-const MIN_STEP: f64 = 0.05;
-/// Halvings of a correction after which an element fails.
-const MAX_HALVINGS: usize = 6;
+/// A step is accepted if the slope at its end is at most this fraction of the slope at its start.
+const SLOPE_RATIO_MAX: f64 = 0.2;
+/// Maximum number of trials with shorter steps.
+const TRIALS_MAX: usize = 4;
+/// Minimum step length, as a fraction of the correction.
+const STEP_LENGTH_RATIO_MIN: f64 = 0.05;
+/// Maximum number of halvings of a correction after element failures.
+const HALVINGS_MAX: usize = 6;
 
-/// Applies `correction`, at most the share `most` of it; leaves the body evaluated and the tools searched there. The share
-/// taken. With `whole` no more is asked than that the elements can be evaluated.
+/// Applies `correction` with a step length of at most `length_max`; body and contact search are then evaluated at the new
+/// iterate. Returns the step length. With `full_step` the step is shortened only if an element fails.
 ///
 /// # Errors
-/// An element that fails however short the step.
+/// [`ElementFailure`] if an element fails even with the shortest step.
 pub(in crate::solver) fn go(
     sys: &mut System,
     correction: &Correction,
-    most: f64,
-    whole: bool,
+    length_max: f64,
+    full_step: bool,
 ) -> Result<f64, ElementFailure> {
     let start = slope(sys, correction);
-    let share = first_step(sys, correction, most)?;
+    let length = first_step(sys, correction, length_max)?;
     sys.search();
-    if start >= 0.0 || whole {
-        return Ok(share);
+    if start >= 0.0 || full_step {
+        return Ok(length);
     }
     sys.assemble();
     let end = slope(sys, correction);
-    if end <= -SLOPE_RATIO * start {
-        return Ok(share);
+    if end <= -SLOPE_RATIO_MAX * start {
+        return Ok(length);
     }
-    let shorter = shorten(sys, correction, start, (share, end));
-    apply(sys, correction, shorter - share);
+    let shorter = shorten(sys, correction, start, (length, end));
+    apply(sys, correction, shorter - length);
     sys.evaluate(Want::ResidualAndTangent)?;
     sys.search();
     Ok(shorter)
 }
 
-/// Applies `correction`, at most the share `most` of it, if it is good: the share taken. Otherwise everything stays where it
-/// was but what the body and the tools were last evaluated for.
+/// Applies `correction` with a step length of at most `length_max` if it is acceptable, and returns the step length.
+/// Otherwise the iterate is unchanged, but body and contact search hold the evaluation at the rejected one.
 ///
 /// # Errors
-/// An element that fails however short the step.
-pub(in crate::solver) fn fits(
+/// [`ElementFailure`] if an element fails even with the shortest step.
+pub(in crate::solver) fn try_step(
     sys: &mut System,
     correction: &Correction,
-    most: f64,
+    length_max: f64,
 ) -> Result<Option<f64>, ElementFailure> {
     let start = slope(sys, correction);
-    let share = first_step(sys, correction, most)?;
+    let length = first_step(sys, correction, length_max)?;
     sys.search();
     if start >= 0.0 {
-        return Ok(Some(share));
+        return Ok(Some(length));
     }
     sys.assemble();
-    let good = slope(sys, correction) <= -SLOPE_RATIO * start;
-    if !good {
-        apply(sys, correction, -share);
+    let is_acceptable = slope(sys, correction) <= -SLOPE_RATIO_MAX * start;
+    if !is_acceptable {
+        apply(sys, correction, -length);
     }
-    Ok(good.then_some(share))
+    Ok(is_acceptable.then_some(length))
 }
 
-/// Takes the share `most`, or as many halves of it as an element needs.
-fn first_step(sys: &mut System, correction: &Correction, most: f64) -> Result<f64, ElementFailure> {
-    let mut share = most;
-    apply(sys, correction, share);
-    for _ in 0..MAX_HALVINGS {
+/// Applies the step length `length_max`, halved until all elements can be evaluated.
+fn first_step(
+    sys: &mut System,
+    correction: &Correction,
+    length_max: f64,
+) -> Result<f64, ElementFailure> {
+    let mut length = length_max;
+    apply(sys, correction, length);
+    for _ in 0..HALVINGS_MAX {
         if sys.evaluate(Want::ResidualAndTangent).is_ok() {
-            return Ok(share);
+            return Ok(length);
         }
-        share *= 0.5;
-        apply(sys, correction, -share);
+        length *= 0.5;
+        apply(sys, correction, -length);
     }
-    sys.evaluate(Want::ResidualAndTangent).map(|()| share)
+    sys.evaluate(Want::ResidualAndTangent).map(|()| length)
 }
 
-/// Share after which the slope has nearly vanished, when it is `start` at the beginning and positive at `end`, where
-/// the iterate is and stays.
+/// Step length at which the slope nearly vanishes, by safeguarded secants. The slope is `start` at 0 and positive at
+/// `end`, the current iterate, which is restored.
 fn shorten(sys: &mut System, correction: &Correction, start: f64, end: (f64, f64)) -> f64 {
-    let mut at = |share: f64| {
-        apply(sys, correction, share - end.0);
+    let mut at = |length: f64| {
+        apply(sys, correction, length - end.0);
         let found = sys.evaluate(Want::Residual).is_ok().then(|| {
             sys.search();
             sys.assemble();
             slope(sys, correction)
         });
-        apply(sys, correction, end.0 - share);
+        apply(sys, correction, end.0 - length);
         found.unwrap_or(f64::INFINITY)
     };
     let (mut low, mut high) = ((0.0, start), end);
-    let mut share = high.0;
-    for _ in 0..MAX_TRIALS {
+    let mut length = high.0;
+    for _ in 0..TRIALS_MAX {
         let width = high.0 - low.0;
         let secant = low.0 - low.1 * width / (high.1 - low.1);
-        share = if high.1.is_finite() {
+        length = if high.1.is_finite() {
             secant.clamp(low.0 + 0.1 * width, low.0 + 0.7 * width)
         } else {
             low.0 + 0.5 * width
         };
-        match at(share) {
-            slope if slope.abs() <= -SLOPE_RATIO * start => break,
-            slope if slope < 0.0 => low = (share, slope),
-            slope => high = (share, slope),
+        match at(length) {
+            slope if slope.abs() <= -SLOPE_RATIO_MAX * start => break,
+            slope if slope < 0.0 => low = (length, slope),
+            slope => high = (length, slope),
         }
     }
-    share.max(MIN_STEP * end.0)
+    length.max(STEP_LENGTH_RATIO_MIN * end.0)
 }
 
-/// Work of the residual along a correction, with the conditions that [`System::assemble`] left.
+/// Work of the residual along a correction, with the conditions of the last [`System::assemble`].
 fn slope(sys: &System, correction: &Correction) -> f64 {
     let of_nodes = sys.unbalanced().zip(correction.u.chunks_exact(3));
     let nodes: f64 =
@@ -133,10 +137,10 @@ fn slope(sys: &System, correction: &Correction) -> f64 {
     nodes + tools
 }
 
-fn apply(sys: &mut System, correction: &Correction, share: f64) {
-    sys.u.iter_mut().zip(&correction.u).for_each(|(u, d)| *u += share * d);
+fn apply(sys: &mut System, correction: &Correction, length: f64) {
+    sys.u.iter_mut().zip(&correction.u).for_each(|(u, d)| *u += length * d);
     for &(tool, travel) in &correction.travels {
-        sys.tools[tool].travel += share * travel;
+        sys.tools[tool].travel += length * travel;
     }
 }
 
@@ -147,8 +151,8 @@ mod tests {
     use crate::solver::tests::{body, setup, steel};
     use crate::solver::{Constraints, Simulation};
 
-    /// A flat strip of 10 x 1 x 0.1 mm, clamped at both ends, with `force` [N] on its middle: soft in bending, stiff once
-    /// deflected. Its first correction is scaled by `factor`. Fraction of that applied, and the slope along it before and after.
+    /// A flat strip of 10 x 1 x 0.1 mm, clamped at both ends, with `force` [N] at its middle: soft in bending, stiff
+    /// once it sags. Its first correction is scaled by `factor`. Returns its step length, and the slope before and after.
     fn first_step(force: f64, factor: f64) -> (f64, [f64; 2]) {
         let mesh = rectangle(10.0, 1.0, 0.1, 20, 1, 1);
         let mut constraints = Constraints::none(mesh.nodes.len());
@@ -172,23 +176,23 @@ mod tests {
         go(&mut sys, &correction, 1.0, false).unwrap();
         sys.assemble();
         let end = slope(&sys, &correction);
-        let most = (0..sys.u.len())
+        let length_max = (0..sys.u.len())
             .max_by(|&a, &b| correction.u[a].abs().total_cmp(&correction.u[b].abs()));
-        let most = most.unwrap();
-        (sys.u[most] / correction.u[most], [start, end])
+        let length_max = length_max.unwrap();
+        (sys.u[length_max] / correction.u[length_max], [start, end])
     }
 
     #[test]
-    fn a_good_correction_is_taken_whole() {
-        let (share, [start, end]) = first_step(1e-4, 1.0);
-        assert!((share - 1.0).abs() < 1e-12 && start < 0.0 && end.abs() < -0.01 * start);
+    fn an_acceptable_correction_is_applied_in_full() {
+        let (length, [start, end]) = first_step(1e-4, 1.0);
+        assert!((length - 1.0).abs() < 1e-12 && start < 0.0 && end.abs() < -0.01 * start);
     }
 
     #[test]
     fn a_correction_that_leads_too_far_is_shortened_to_where_the_slope_vanishes() {
-        let (share, [start, end]) = first_step(5.0, 1.0);
-        assert!((MIN_STEP..0.9).contains(&share), "{share}");
-        assert!(start < 0.0 && end.abs() <= -SLOPE_RATIO * start, "{start} {end}");
+        let (length, [start, end]) = first_step(5.0, 1.0);
+        assert!((STEP_LENGTH_RATIO_MIN..0.9).contains(&length), "{length}");
+        assert!(start < 0.0 && end.abs() <= -SLOPE_RATIO_MAX * start, "{start} {end}");
     }
     /// As where friction or a buckling load makes the symmetric part of the stiffness indefinite.
     #[test]

@@ -1,4 +1,4 @@
-//! Newton's method for the equilibrium at given travels of the tools.
+//! Newton iteration for the equilibrium at given travels of the tools.
 //!
 //! Called by `increment`; calls `active_set` and `system`.
 

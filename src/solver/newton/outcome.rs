@@ -1,80 +1,80 @@
-//! What Newton's method ends with.
+//! Results and errors of the Newton iteration.
 
 use crate::solver::assembly::ElementFailure;
 use crate::solver::limits::Limits;
 use crate::solver::linear::LinearError;
 
-/// What an iterate is.
+/// Verdict on an iterate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Balanced, no penetration, no contact state changed.
+    /// Equilibrium: converged, without penetration and without changes of contact states.
     Converged,
-    /// Go on.
+    /// The iteration continues.
     Continue,
-    /// The residual is not a number, or out of all proportion.
+    /// The residual is not finite.
     Diverging,
-    /// No iterations left.
+    /// The maximum number of iterations is reached.
     Exhausted,
 }
 
-/// Why an increment did not converge.
+/// Reason why an increment did not converge.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NewtonError {
-    /// An element could not be evaluated, however short the step.
+    /// An element could not be evaluated even with the shortest step.
     #[error("{0}")]
     Element(#[from] ElementFailure),
     /// The linear system could not be solved.
     #[error("{0}")]
     Linear(#[from] LinearError),
-    /// Iterations used up or diverged.
+    /// The iteration diverged or reached its maximum number of iterations.
     #[error(
         "not converged after {iterations} iterations: residual {residual:.2e} of the contact forces, gap error {gap_mm:.2e} mm, {changes} contact states still changing, largest residual at node {node}"
     )]
     NotConverged {
-        /// Iterations done.
+        /// Number of iterations.
         iterations: usize,
         /// Residual over reference.
         residual: f64,
         /// Violation of the gap conditions [mm].
         gap_mm: f64,
-        /// Changes in the last iteration.
+        /// Changes of contact states in the last iteration.
         changes: usize,
         /// Node with the largest unbalanced force.
         node: usize,
     },
-    /// A balance with a tool on the wrong side of the sheet.
+    /// Equilibrium with a tool on the wrong side of the sheet.
     #[error("in one step a tool and node {node} of the sheet went through each other")]
     PassedThrough {
-        /// Node that did not touch the tool on the way.
+        /// Node that passed through the tool.
         node: usize,
     },
-    /// A request to stop came during the iteration.
+    /// The iteration was cancelled.
     #[error("stopped during the iteration")]
     Cancelled,
-    /// Followed as a slow motion, the sheet did not come to rest.
+    /// The viscous motion of the sheet did not end in an equilibrium.
     #[error("snap-through: no equilibrium after {iterations} iterations of viscous motion")]
     StillMoving {
-        /// Iterations it was followed.
+        /// Iterations of the viscous motion.
         iterations: usize,
     },
 }
 
-/// A converged increment.
+/// Statistics of a converged increment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct NewtonStats {
-    /// Iterations: element loops that were followed by a correction.
+    /// Iterations: element evaluations followed by a correction.
     pub iterations: usize,
-    /// Linear solves, those that settled the active set included.
+    /// Linear solves, including those of the active-set iteration.
     pub solves: usize,
-    /// Contact states that changed on the way.
+    /// Changes of contact states.
     pub changes: usize,
-    /// Contact states came round in a circle, and dampers led to the balance.
+    /// Active-set cycling occurred and viscous stabilisation was used.
     pub stabilised: bool,
 }
 
 impl NewtonStats {
-    /// The sum of both.
+    /// Sum of both.
     #[must_use]
     pub(in crate::solver) fn and(self, other: Self) -> Self {
         Self {
@@ -86,19 +86,19 @@ impl NewtonStats {
     }
 }
 
-/// When an iteration is ended.
+/// Limit of the number of iterations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::solver) enum Patience {
-    /// When it leads nowhere: a shorter step costs less.
+    /// Ends early if the iteration does not converge: a shorter step costs less.
     Hopeful,
-    /// After the iterations allowed.
+    /// Ends after the allowed number of iterations.
     All,
-    /// After so many.
+    /// Ends after the given number of iterations.
     UpTo(usize),
 }
 
 impl Patience {
-    /// Iterations allowed.
+    /// Maximum number of iterations.
     pub(in crate::solver) fn iterations(self, limits: &Limits) -> usize {
         if let Self::UpTo(iterations) = self { iterations } else { limits.iterations }
     }

@@ -1,49 +1,49 @@
-//! What is recorded of an iteration.
+//! Record of an iteration.
 
-/// Residual below which the linearised system is what matters: corrections are taken whole.
-pub(in crate::solver) const NEAR: f64 = 1e-2;
+/// Residual over the contact forces below which the linearisation is accurate and corrections are applied in full.
+pub(in crate::solver) const FULL_STEP_RESIDUAL: f64 = 1e-2;
 
 /// One Newton iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IterationRecord {
     /// Residual force over its reference.
     pub residual: f64,
-    /// Largest violation of a contact condition on the gap [mm].
+    /// Largest violation of a gap condition [mm].
     pub gap: f64,
-    /// Deepest node in a tool [mm]; with a spring between them that is not the violation.
+    /// Largest penetration of a node [mm]; with a contact spring it differs from the violation.
     pub penetration: f64,
-    /// Norm of the displacement correction that led here [mm].
+    /// Norm of the displacement correction of this iteration [mm].
     pub correction: f64,
     /// Nodes in contact.
     pub contacts: usize,
     /// Nodes in contact that slip.
     pub slipping: usize,
-    /// Nodes in contact that stick, as friction without a transition has it.
+    /// Nodes in contact that stick according to the law without transition.
     pub stuck: usize,
-    /// Contact states that changed since the iteration before (touch or part).
+    /// Contact states (contact or separation) that changed since the last iteration.
     pub changes: usize,
 }
 
-/// Order of convergence shown by the last iterations of an increment: of the last three residuals in a row that
-/// follow no change of contact states (touch or part, stick or slip), lie below a hundredth of the contact forces and
-/// above rounding, and fall. `None` when an increment has no such three.
+/// Observed order of convergence of an increment, from the last three consecutive residuals that decrease within the
+/// basin of convergence. They must be below a hundredth of the contact forces, above rounding, and without changes of
+/// contact states (contact or separation, stick or slip). `None` if there are no such three.
 #[must_use]
 pub fn convergence_order(history: &[IterationRecord]) -> Option<f64> {
-    /// Below it corrections are taken whole.
-    const BASIN: f64 = super::record::NEAR;
-    const ROUNDING: f64 = 1e-9;
-    const LEAST: f64 = 2.3;
-    let settled = |w: &[IterationRecord]| {
+    /// Residual below which corrections are applied in full.
+    const BASIN_RESIDUAL: f64 = super::record::FULL_STEP_RESIDUAL;
+    const ROUNDING_RESIDUAL: f64 = 1e-9;
+    const ASYMPTOTIC_LOG_DECREASE_MIN: f64 = 2.3;
+    let is_asymptotic = |w: &[IterationRecord]| {
         let states = |r: &IterationRecord| [r.contacts, r.slipping, r.stuck];
         w.iter().all(|r| r.changes == 0 && states(r) == states(&w[0]))
-            && w[0].residual < BASIN
-            && w[2].residual > ROUNDING
+            && w[0].residual < BASIN_RESIDUAL
+            && w[2].residual > ROUNDING_RESIDUAL
     };
-    // The first correction is made with what is foreseen, not with the tangent of where it begins.
-    let last = history.get(1..)?.windows(3).rev().find(|w| settled(w))?;
+    // The first correction uses the predicted law, not the tangent of its iterate.
+    let last = history.get(1..)?.windows(3).rev().find(|w| is_asymptotic(w))?;
     let fall = |k: usize| (last[k].residual / last[k + 1].residual).ln();
-    // A fall by less than ten is no step of an iteration near its end, and says nothing of the next.
-    (fall(0) > LEAST && fall(1) > 0.0).then(|| fall(1) / fall(0))
+    // A decrease by less than a factor of ten is not asymptotic.
+    (fall(0) > ASYMPTOTIC_LOG_DECREASE_MIN && fall(1) > 0.0).then(|| fall(1) / fall(0))
 }
 
 #[cfg(test)]
@@ -65,12 +65,12 @@ mod tests {
     }
 
     #[test]
-    fn the_order_is_of_newton_steps_near_their_end() {
+    fn the_order_is_that_of_the_last_newton_steps() {
         let order = |residuals: &[f64]| convergence_order(&history(residuals));
         assert!((order(&[0.05, 9e-3, 8.1e-5, 6.561e-9]).unwrap() - 2.0).abs() < 1e-12);
-        // An elastic increment: the first correction is made with what is foreseen, and one more ends it.
+        // Elastic increment: the first correction uses the prediction, and one more converges.
         assert_eq!(order(&[1.2e-3, 1.3e-4, 4.6e-9]), None);
-        // A fall by less than ten on the way.
+        // An intermediate decrease by less than a factor of ten.
         assert_eq!(order(&[0.9, 0.09, 0.08, 1e-6]), None);
     }
 }

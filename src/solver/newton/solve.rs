@@ -1,12 +1,12 @@
-//! One increment: semi-smooth Newton with plasticity, contact and friction in the same loop.
+//! Solution of one increment: semi-smooth Newton method with plasticity, contact and friction in the same loop.
 
 use super::convergence::{is_settled, record, size};
 use super::cycling::Stabiliser;
 use super::line_search;
 use super::outcome::{NewtonError, NewtonStats, Patience, Verdict};
-use super::record::{IterationRecord, NEAR};
+use super::record::{FULL_STEP_RESIDUAL, IterationRecord};
 use crate::geometry::Vec3;
-use crate::solver::active_set::active_set::{revise, settle};
+use crate::solver::active_set::active_set::{iterate_active_set, revise};
 use crate::solver::active_set::driven_tools::opposed;
 use crate::solver::active_set::update::Pivoting;
 use crate::solver::assembly::ElementFailure;
@@ -15,20 +15,22 @@ use crate::solver::limits::{ContactMethod, Limits};
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::{Residual, System};
 use crate::solver::tools::role::Role;
-use crate::solver::tools::way::FACING_COS;
+use crate::solver::tools::way::FACING_COS_MIN;
 
-/// Corrections in a row that no longer halve from which on what is left is rounding: a single one may be of a node that begins to
-/// stick or to flow.
-const STAGNANT_CORRECTIONS: usize = 2;
+/// Consecutive corrections that do not halve after which the iteration is limited by rounding. A single one may be
+/// due to the onset of stick or yielding of a node.
+const STAGNANT_CORRECTIONS_MIN: usize = 2;
 
-/// Iterations of an increment, over those allowed between two augmentations: springs far too soft close no gap in any number.
-const MAX_ITERATIONS_RATIO: usize = 40;
+/// Maximum iterations of an increment over those between two augmentations. Springs that are far too soft close no
+/// gap in any number of iterations.
+const ITERATIONS_RATIO_MAX: usize = 40;
 
-/// Gap that an augmented method may leave, over the sheet's thickness.
+/// Gap at which the augmented Lagrangian iteration ends, over the thickness of the sheet.
 const AUGMENTED_GAP_REL: f64 = 1e-6;
 
-/// Solves the increment from the present iterate of `sys`; `history` receives every iterate, also on failure. An iterate
-/// that was extrapolated begins with what is foreseen: `foreseen` is the increment over the last one.
+/// Solves the increment from the current iterate of `sys`; `history` receives a record of every iterate, also on
+/// failure. `foreseen`: length of the increment over the last one, if the iterate was extrapolated; the first
+/// correction then uses the predicted strains.
 ///
 /// # Errors
 /// [`NewtonError`]; the caller restores the last converged state.
@@ -40,23 +42,23 @@ pub(in crate::solver) fn solve(
     history: &mut Vec<IterationRecord>,
 ) -> Result<NewtonStats, NewtonError> {
     let mut run = Run::new(sys, patience, limits);
-    heed(sys)?;
-    begin(sys, foreseen)?;
+    check_cancelled(sys)?;
+    evaluate_first_iterate(sys, foreseen)?;
     loop {
-        heed(sys)?;
-        let (record, residual) = run.look(sys, limits, history);
+        check_cancelled(sys)?;
+        let (record, residual) = run.update_active_set(sys, limits, history);
         match run.verdict(sys, &record, &residual, limits) {
-            Verdict::Converged if run.goes_on(sys, limits)? => {}
-            Verdict::Converged => return Ok(run.done()),
+            Verdict::Converged if run.reduce_stabilisation(sys, limits)? => {}
+            Verdict::Converged => return Ok(run.finish()),
             Verdict::Continue if run.cycles(sys, &record) => run.stabilise(sys)?,
-            Verdict::Continue if patience != Patience::Hopeful || !hopeless(history) => {}
-            _ if run.may_stabilise_more(sys) => run.stabilise(sys)?,
-            _ => return Err(gave_up(run.stats.iterations, &record, residual.worst_node)),
+            Verdict::Continue if patience != Patience::Hopeful || !is_hopeless(history) => {}
+            _ if run.may_stabilise_stronger(sys) => run.stabilise(sys)?,
+            _ => return Err(not_converged(run.stats.iterations, &record, residual.worst_node)),
         }
-        let near = record.residual < NEAR;
+        let full_step = record.residual < FULL_STEP_RESIDUAL;
         let (correction, solves) = match foreseen.take() {
-            Some(factor) => first_iterate(sys, limits, factor, near)?,
-            None => iterate(sys, limits, near)?,
+            Some(factor) => first_iterate(sys, limits, factor, full_step)?,
+            None => iterate(sys, limits, full_step)?,
         };
         run.stats.solves += solves;
         run.stats.iterations += 1;
@@ -66,24 +68,24 @@ pub(in crate::solver) fn solve(
     }
 }
 
-/// Stops where that has been requested.
-fn heed(sys: &System) -> Result<(), NewtonError> {
+/// Returns [`NewtonError::Cancelled`] if cancellation was requested.
+fn check_cancelled(sys: &System) -> Result<(), NewtonError> {
     if sys.cancel.is_requested() { Err(NewtonError::Cancelled) } else { Ok(()) }
 }
 
-/// One increment's iteration.
+/// Iteration of one increment.
 struct Run {
     stats: NewtonStats,
-    /// Iterations allowed before the springs of an augmented method or the viscous forces are moved again.
+    /// Maximum iterations between two changes of the augmentation or the viscous forces.
     allowed: usize,
-    /// Iterations before they last were.
+    /// Iterations up to the last such change.
     before: usize,
     last: Option<Correction>,
-    /// Corrections in a row, the last among them, that were no smaller than half the one before.
+    /// Number of consecutive corrections that did not halve.
     stagnant: usize,
-    near_balance: bool,
+    near_equilibrium: bool,
     pivoting: Pivoting,
-    /// None where the sheet is being followed with viscous forces already.
+    /// `None` if the sheet is already followed with viscous forces.
     stabiliser: Option<Stabiliser>,
 }
 
@@ -96,24 +98,24 @@ impl Run {
             before: 0,
             last: None,
             stagnant: 0,
-            near_balance: false,
+            near_equilibrium: false,
             pivoting: Pivoting::new(),
             stabiliser: may_stabilise.then(Stabiliser::default),
         }
     }
 
-    /// Revises the active set at the iterate and assembles the residual.
-    fn look(
+    /// Updates the active set at the iterate and assembles the residual.
+    fn update_active_set(
         &mut self,
         sys: &mut System,
         limits: &Limits,
         history: &mut Vec<IterationRecord>,
     ) -> (IterationRecord, Residual) {
         let last = self.last.as_ref();
-        let changes = revise(sys, last, self.near_balance, limits, &mut self.pivoting);
+        let changes = revise(sys, last, self.near_equilibrium, limits, &mut self.pivoting);
         let residual = sys.assemble();
         let record = record(sys, &residual, last, changes);
-        self.near_balance = record.residual < 1e-3;
+        self.near_equilibrium = record.residual < 1e-3;
         self.stats.changes += changes;
         history.push(record);
         (record, residual)
@@ -128,41 +130,46 @@ impl Run {
     ) -> Verdict {
         let iterations = self.stats.iterations;
         let last = self.last.as_ref();
-        let settled = record.changes == 0
-            && is_settled(sys, residual, last, self.stagnant >= STAGNANT_CORRECTIONS, limits);
-        if settled && iterations > 0 {
+        let correction_with_active_set = record.changes == 0
+            && is_settled(sys, residual, last, self.stagnant >= STAGNANT_CORRECTIONS_MIN, limits);
+        if correction_with_active_set && iterations > 0 {
             return Verdict::Converged;
         }
         if !residual.force.is_finite() || !residual.length.is_finite() {
             return Verdict::Diverging;
         }
         let spent = iterations - self.before >= self.allowed
-            || iterations >= MAX_ITERATIONS_RATIO * self.allowed;
+            || iterations >= ITERATIONS_RATIO_MAX * self.allowed;
         if spent { Verdict::Exhausted } else { Verdict::Continue }
     }
 
-    /// At an equilibrium: moves what holds the sheet besides its tools, if anything does.
-    fn goes_on(&mut self, sys: &mut System, limits: &Limits) -> Result<bool, ElementFailure> {
+    /// At an equilibrium with viscous forces or contact springs: reduces them. Returns whether the iteration
+    /// continues.
+    fn reduce_stabilisation(
+        &mut self,
+        sys: &mut System,
+        limits: &Limits,
+    ) -> Result<bool, ElementFailure> {
         let stabilised = sys.regime.is_stabilised();
         let since = self.stats.iterations - self.before;
         match &mut self.stabiliser {
             Some(stabiliser) if stabilised => stabiliser.weaken(sys, since)?,
-            _ if !augments(sys, limits) => return Ok(false),
+            _ if !augment(sys, limits) => return Ok(false),
             _ => {}
         }
-        self.begin_anew(sys);
+        self.restart_iteration(sys);
         Ok(true)
     }
 
-    /// Whether viscous forces are to be set, or set anew.
+    /// Whether viscous forces must be set, or set again.
     fn cycles(&mut self, sys: &System, record: &IterationRecord) -> bool {
         let iterations = self.stats.iterations;
         let may = |s: &mut Stabiliser| s.may_stabilise(iterations) && s.cycles(sys, record);
         self.stabiliser.as_mut().is_some_and(may)
     }
 
-    /// Whether stronger viscous forces may help an iteration that has some and leads nowhere.
-    fn may_stabilise_more(&self, sys: &System) -> bool {
+    /// Whether an iteration with viscous forces that does not converge may be repeated with stronger ones.
+    fn may_stabilise_stronger(&self, sys: &System) -> bool {
         let iterations = self.stats.iterations;
         sys.regime.is_stabilised()
             && self.stabiliser.as_ref().is_some_and(|s| s.may_stabilise(iterations))
@@ -172,25 +179,26 @@ impl Run {
         if let Some(stabiliser) = &mut self.stabiliser {
             stabiliser.stabilise(sys, self.stats.iterations)?;
         }
-        self.begin_anew(sys);
+        self.restart_iteration(sys);
         Ok(())
     }
 
-    fn done(self) -> NewtonStats {
+    fn finish(self) -> NewtonStats {
         let stabilised = self.stabiliser.is_some_and(|s| s.has_stabilised());
         NewtonStats { stabilised, ..self.stats }
     }
 
-    fn begin_anew(&mut self, sys: &mut System) {
+    fn restart_iteration(&mut self, sys: &mut System) {
         self.before = self.stats.iterations;
         self.pivoting = Pivoting::new();
         sys.assemble();
     }
 }
 
-/// Evaluates and searches the first iterate. Where nothing is foreseen the strains are those of the last balance, where
-/// points that flowed lie on their yield surface: rounding would say which of them yield, so none does.
-fn begin(sys: &mut System, foreseen: Option<f64>) -> Result<(), ElementFailure> {
+/// Evaluates the first iterate and its contact search. Without a prediction the strains are those of the last
+/// equilibrium, at which yielded points lie on their yield surface. Rounding would decide which of them yield, so
+/// elastic tangents are used.
+fn evaluate_first_iterate(sys: &mut System, foreseen: Option<f64>) -> Result<(), ElementFailure> {
     let at_rest = Foresight { factor: 0.0, stiff: true };
     let extended_projection = |factor| Foresight { factor, stiff: false };
     sys.evaluate_foreseen(foreseen.map_or(at_rest, extended_projection))?;
@@ -198,94 +206,98 @@ fn begin(sys: &mut System, foreseen: Option<f64>) -> Result<(), ElementFailure> 
     Ok(())
 }
 
-/// Rounds in which the active set settles on the linearised system, farther off and near.
-const ACTIVE_SET_ROUNDS: usize = 3;
-const ACTIVE_SET_ROUNDS_NEAR: usize = 8;
+/// Maximum active-set iterations on the linearised system, far from and near equilibrium.
+const ACTIVE_SET_ITERATIONS_MAX: usize = 3;
+const ACTIVE_SET_ITERATIONS_MAX_NEAR: usize = 8;
 
-/// Goes from one iterate to the next: the correction, and how many solves it took.
+/// One iteration. Returns the correction and the number of linear solves.
 fn iterate(
     sys: &mut System,
     limits: &Limits,
-    near: bool,
+    full_step: bool,
 ) -> Result<(Correction, usize), NewtonError> {
-    let (correction, solves) = settled(sys, limits, near)?;
-    go(sys, &correction, near)?;
+    let (correction, solves) = correction_with_active_set(sys, limits, full_step)?;
+    go(sys, &correction, full_step)?;
     Ok((correction, solves))
 }
 
-/// The first correction of an increment, from what is foreseen. Where it leads too far, points that were foreseen to
-/// flow no longer do: then one with all flow as foreseen, from the same iterate.
+/// First correction of an increment, with the predicted strains. If it overshoots, points predicted to yield unload;
+/// the correction is then repeated from the same iterate with the predicted plastic flow and elastic tangents.
 fn first_iterate(
     sys: &mut System,
     limits: &Limits,
     factor: f64,
-    near: bool,
+    full_step: bool,
 ) -> Result<(Correction, usize), NewtonError> {
-    let (correction, solves) = settled(sys, limits, near)?;
-    if let Some(share) = line_search::fits(sys, &correction, bounded_share(sys, &correction))? {
-        sys.expect(&correction, share);
+    let (correction, solves) = correction_with_active_set(sys, limits, full_step)?;
+    if let Some(length) =
+        line_search::try_step(sys, &correction, step_length_limit(sys, &correction))?
+    {
+        sys.expect(&correction, length);
         return Ok((correction, solves));
     }
     sys.evaluate_foreseen(Foresight { factor, stiff: true })?;
     sys.search();
     sys.assemble();
-    let (correction, more) = settled(sys, limits, near)?;
+    let (correction, more) = correction_with_active_set(sys, limits, full_step)?;
     go(sys, &correction, true)?;
     Ok((correction, solves + more))
 }
 
-/// Takes a correction, whole or as much of it as is good, and the same share of the forces that it foretells.
-fn go(sys: &mut System, correction: &Correction, whole: bool) -> Result<(), ElementFailure> {
-    let share = line_search::go(sys, correction, bounded_share(sys, correction), whole)?;
-    sys.expect(correction, share);
+/// Applies a correction with line search, and the same fraction of its predicted contact forces.
+fn go(sys: &mut System, correction: &Correction, full_step: bool) -> Result<(), ElementFailure> {
+    let length = line_search::go(sys, correction, step_length_limit(sys, correction), full_step)?;
+    sys.expect(correction, length);
     Ok(())
 }
 
-/// The correction from the present iterate with its active set settled, and how many solves it took.
-fn settled(
+/// Correction from the current iterate after active-set iteration, and the number of linear solves.
+fn correction_with_active_set(
     sys: &mut System,
     limits: &Limits,
-    near: bool,
+    full_step: bool,
 ) -> Result<(Correction, usize), NewtonError> {
     let found = sys.correct();
     let first = opposed(sys, found)?;
-    let rounds = if near { ACTIVE_SET_ROUNDS_NEAR } else { ACTIVE_SET_ROUNDS };
-    let (correction, solves) = settle(sys, first, limits, rounds)?;
+    let rounds = if full_step { ACTIVE_SET_ITERATIONS_MAX_NEAR } else { ACTIVE_SET_ITERATIONS_MAX };
+    let (correction, solves) = iterate_active_set(sys, first, limits, rounds)?;
     sys.remember_sliding();
     Ok((correction, 1 + solves))
 }
 
-fn gave_up(iterations: usize, last: &IterationRecord, node: usize) -> NewtonError {
+fn not_converged(iterations: usize, last: &IterationRecord, node: usize) -> NewtonError {
     let &IterationRecord { residual, gap: gap_mm, changes, .. } = last;
     NewtonError::NotConverged { iterations, residual, gap_mm, changes, node }
 }
 
-/// Moves the springs of an augmented method while gaps are open; true when it did.
-fn augments(sys: &mut System, limits: &Limits) -> bool {
+/// Updates the multipliers of the augmented Lagrangian method while gaps are open; returns whether it did.
+fn augment(sys: &mut System, limits: &Limits) -> bool {
     let augmented = matches!(limits.contact, ContactMethod::Augmented { .. });
     augmented && sys.augment(AUGMENTED_GAP_REL * sys.lengths.shortest_edge)
 }
 
-/// True when the forces are still out of balance by as much as the contact forces themselves, although
-/// corrections have been growing twice in a row or six iterations are done.
-fn hopeless(history: &[IterationRecord]) -> bool {
-    const HOPELESS_RESIDUAL: f64 = 0.3;
+/// Whether the residual is still comparable with the contact forces although corrections grew twice in succession or
+/// six iterations are done.
+fn is_hopeless(history: &[IterationRecord]) -> bool {
+    const HOPELESS_RESIDUAL_MIN: f64 = 0.3;
     let n = history.len();
-    if n < 4 || history[n - 1].residual < HOPELESS_RESIDUAL {
+    if n < 4 || history[n - 1].residual < HOPELESS_RESIDUAL_MIN {
         return false;
     }
     let grows = |k: usize| history[k].correction > history[k - 1].correction;
-    let lately = history[n - 3..].iter().all(|r| r.residual > HOPELESS_RESIDUAL);
+    let lately = history[n - 3..].iter().all(|r| r.residual > HOPELESS_RESIDUAL_MIN);
     lately && ((grows(n - 1) && grows(n - 2)) || n > 6)
 }
 
-/// Share of the correction that moves no node farther than two element lengths, and no tool that a force pushes farther than a
-/// node may go that it pushes with the steepest face there is: where nothing resists a tool, rounding says how far it goes.
-pub(in crate::solver) fn bounded_share(sys: &System, correction: &Correction) -> f64 {
+/// Maximum step length of a correction: no node moves by more than two element lengths. A tool driven by force moves
+/// no farther than a node pushed by its steepest face may; without resistance its travel would be determined by
+/// rounding.
+pub(in crate::solver) fn step_length_limit(sys: &System, correction: &Correction) -> f64 {
     let moves = correction.u.chunks_exact(3).map(|du| Vec3::from_column_slice(du).norm());
     let pushed =
         |tool: usize| matches!(sys.roles[tool], Role::Force(_)) && !sys.stops[tool].reached;
-    let tools = correction.travels.iter().filter(|t| pushed(t.0)).map(|t| FACING_COS * t.1.abs());
+    let tools =
+        correction.travels.iter().filter(|t| pushed(t.0)).map(|t| FACING_COS_MIN * t.1.abs());
     let largest = moves.chain(tools).fold(0.0, f64::max);
     let allowed = 2.0 * sys.lengths.longest_edge;
     if largest > allowed { allowed / largest } else { 1.0 }

@@ -1,11 +1,11 @@
-//! Vectors and symmetric tensors of several points side by side; tensors as in [`super::tensor`].
+//! Vectors and symmetric tensors of several points in SIMD lanes; tensors as in [`super::tensor`].
 
 use pulp::Simd;
 
 use super::lanes::Lane;
 use super::tensor::{Mandel66, PAIRS};
 
-/// The vector in every lane.
+/// Broadcasts a vector to all lanes.
 #[inline(always)]
 pub(crate) fn splat<S: Simd, const N: usize>(simd: S, vector: &[f64; N]) -> [Lane<S>; N] {
     let mut out = [Lane::splat(simd, 0.0); N];
@@ -20,7 +20,7 @@ pub(crate) fn cross<S: Simd>(a: &[Lane<S>; 3], b: &[Lane<S>; 3]) -> [Lane<S>; 3]
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// The matrix times a vector.
+/// Matrix times vector.
 #[inline(always)]
 pub(crate) fn apply<S: Simd>(matrix: &[[Lane<S>; 6]; 6], vector: &[Lane<S>; 6]) -> [Lane<S>; 6] {
     let mut out = *vector;
@@ -30,7 +30,7 @@ pub(crate) fn apply<S: Simd>(matrix: &[[Lane<S>; 6]; 6], vector: &[Lane<S>; 6]) 
     out
 }
 
-/// A row times the matrix.
+/// Row vector times matrix.
 #[inline(always)]
 pub(crate) fn multiply<S: Simd>(row: &[Lane<S>; 6], matrix: &[[Lane<S>; 6]; 6]) -> [Lane<S>; 6] {
     let mut sums = matrix[0];
@@ -45,7 +45,7 @@ pub(crate) fn multiply<S: Simd>(row: &[Lane<S>; 6], matrix: &[[Lane<S>; 6]; 6]) 
     sums
 }
 
-/// The symmetric matrix of a Mandel vector.
+/// Symmetric matrix of a Mandel vector.
 #[inline(always)]
 pub(crate) fn symmetric_matrix<S: Simd>(v: &[Lane<S>; 6]) -> [[Lane<S>; 3]; 3] {
     let half = std::f64::consts::FRAC_1_SQRT_2;
@@ -64,7 +64,7 @@ pub(crate) fn symmetric<S: Simd>(x: &[Lane<S>; 3], y: &[Lane<S>; 3]) -> [Lane<S>
     out
 }
 
-/// The 6 x 6 matrices of the congruences `A ↦ q A qᵀ`, as `tensor::congruence`.
+/// 6 x 6 matrices of the congruences `A ↦ q A qᵀ`, as `tensor::congruence`.
 #[inline(always)]
 pub(crate) fn congruence<S: Simd>(simd: S, q: &[[Lane<S>; 3]; 3]) -> [[Lane<S>; 6]; 6] {
     let root = std::f64::consts::SQRT_2;
@@ -83,12 +83,12 @@ pub(crate) fn congruence<S: Simd>(simd: S, q: &[[Lane<S>; 3]; 3]) -> [[Lane<S>; 
     out
 }
 
-/// `map t`, or with the transpose of `map`.
+/// `map t`, or `mapᵀ t` with `transposed`.
 #[inline(always)]
-pub(crate) fn turned<S: Simd>(map: &Mandel66, back: bool, t: &[Lane<S>; 6]) -> [Lane<S>; 6] {
+pub(crate) fn rotate<S: Simd>(map: &Mandel66, transposed: bool, t: &[Lane<S>; 6]) -> [Lane<S>; 6] {
     let mut out = *t;
     for (i, out) in out.iter_mut().enumerate() {
-        let entry = |k: usize| if back { map[k][i] } else { map[i][k] };
+        let entry = |k: usize| if transposed { map[k][i] } else { map[i][k] };
         *out = t[0] * entry(0);
         for (k, value) in t.iter().enumerate().skip(1) {
             *out = *out + *value * entry(k);
@@ -97,19 +97,19 @@ pub(crate) fn turned<S: Simd>(map: &Mandel66, back: bool, t: &[Lane<S>; 6]) -> [
     out
 }
 
-/// A tangent in axes that `turn` turns into, carried to those that it turns from.
+/// Rotates a tangent from the axes of `rotation` back to the original axes.
 #[inline(always)]
-pub(crate) fn turn_back<S: Simd>(turn: &Mandel66, tangent: &mut [[Lane<S>; 6]; 6]) {
-    // Rows, then columns, with the transpose of `turn`.
+pub(crate) fn rotate_back<S: Simd>(rotation: &Mandel66, tangent: &mut [[Lane<S>; 6]; 6]) {
+    // Rows, then columns, with the transpose of `rotation`.
     for row in tangent.iter_mut() {
-        *row = turned(turn, true, row);
+        *row = rotate(rotation, true, row);
     }
     for column in 0..6 {
         let mut one = tangent[0];
         for (one, row) in one.iter_mut().zip(tangent.iter()) {
             *one = row[column];
         }
-        let one = turned(turn, true, &one);
+        let one = rotate(rotation, true, &one);
         for (one, row) in one.iter().zip(tangent.iter_mut()) {
             row[column] = *one;
         }

@@ -1,22 +1,22 @@
-//! Numbers of several material points side by side, one a SIMD lane.
+//! Values of several material points, one in each SIMD lane.
 //!
-//! A quantity of eight points is stored as [`Eight`]; [`Lane`] holds as many of them as this machine's vectors do. The
-//! same operations run in every lane in the same order, so a point's numbers do not depend on its neighbours.
+//! A quantity at eight points is stored as [`Eight`]; [`Lane`] holds as many of them as fit in a SIMD vector. All
+//! lanes execute the same operations in the same order, so the results of a point do not depend on its neighbours.
 //!
-//! Code on lanes has plain loops over arrays where closures would do: what a closure does is compiled for the widest
-//! vectors only if the compiler takes it in, and of long ones it does not.
+//! Code on lanes uses plain loops over arrays instead of closures. A closure is compiled for the widest vectors only
+//! if it is inlined, and the compiler does not inline long ones.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use pulp::Simd;
 
-/// Points side by side.
+/// Points processed together.
 pub(crate) const POINTS: usize = 8;
 
-/// One number of eight points.
+/// One value at eight points.
 pub(crate) type Eight = [f64; POINTS];
 
-/// One number of as many points as a vector holds.
+/// One value at as many points as fit in a SIMD vector.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lane<S: Simd> {
     simd: S,
@@ -24,32 +24,32 @@ pub(crate) struct Lane<S: Simd> {
 }
 
 impl<S: Simd> Lane<S> {
-    /// Where the groups of points begin that a vector holds.
+    /// First indices of the SIMD groups of all points.
     #[inline(always)]
     pub(crate) fn groups() -> std::iter::StepBy<std::ops::Range<usize>> {
         Self::groups_of(POINTS)
     }
 
-    /// Those with the first `count` points.
+    /// First indices of the SIMD groups of the first `count` points.
     #[inline(always)]
     pub(crate) fn groups_of(count: usize) -> std::iter::StepBy<std::ops::Range<usize>> {
         const { assert!(POINTS.is_multiple_of(S::F64_LANES)) };
         (0..count.min(POINTS)).step_by(S::F64_LANES)
     }
 
-    /// The same number in every lane.
+    /// The same value in every lane.
     #[inline(always)]
     pub(crate) fn splat(simd: S, value: f64) -> Self {
         Self { simd, value: simd.splat_f64s(value) }
     }
 
-    /// The points from `first` on.
+    /// Loads the points from `first`.
     #[inline(always)]
     pub(crate) fn load(simd: S, from: &[f64], first: usize) -> Self {
         Self { simd, value: S::as_simd_f64s(&from[first..first + S::F64_LANES]).0[0] }
     }
 
-    /// The points from `first` on of several numbers.
+    /// Loads several values at the points from `first`.
     #[inline(always)]
     pub(crate) fn load_all<const N: usize, const L: usize>(
         simd: S,
@@ -84,26 +84,26 @@ impl<S: Simd> Lane<S> {
         self.max(-self)
     }
 
-    /// The smaller of both.
+    /// Smaller value in each lane.
     #[inline(always)]
     pub(crate) fn min(self, other: Self) -> Self {
         Self { value: self.simd.min_f64s(self.value, other.value), ..self }
     }
 
-    /// The larger of both.
+    /// Larger value in each lane.
     #[inline(always)]
     pub(crate) fn max(self, other: Self) -> Self {
         Self { value: self.simd.max_f64s(self.value, other.value), ..self }
     }
 
-    /// In each lane `then` where `self < limit`, else `otherwise`.
+    /// In each lane `then` if `self < limit`, else `otherwise`.
     #[inline(always)]
     pub(crate) fn if_less(self, limit: Self, then: Self, otherwise: Self) -> Self {
         let mask = self.simd.less_than_f64s(self.value, limit.value);
         Self { value: self.simd.select_f64s(mask, then.value, otherwise.value), ..self }
     }
 
-    /// The sum of the products.
+    /// Scalar product in each lane.
     #[inline(always)]
     pub(crate) fn dot<const N: usize>(a: &[Self; N], b: &[Self; N]) -> Self {
         const { assert!(N > 0) };
@@ -114,7 +114,7 @@ impl<S: Simd> Lane<S> {
         sum
     }
 
-    /// All of them times `by`.
+    /// Multiplies all values by `by`.
     #[inline(always)]
     pub(crate) fn scaled<const N: usize>(mut all: [Self; N], by: Self) -> [Self; N] {
         for one in &mut all {
@@ -123,13 +123,13 @@ impl<S: Simd> Lane<S> {
         all
     }
 
-    /// The sum of the lanes.
+    /// Sum over the lanes.
     #[inline(always)]
     pub(crate) fn sum(self) -> f64 {
         self.simd.reduce_sum_f64s(self.value)
     }
 
-    /// The largest lane.
+    /// Largest lane.
     #[inline(always)]
     pub(crate) fn largest(self) -> f64 {
         self.simd.reduce_max_f64s(self.value)

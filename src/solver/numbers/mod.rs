@@ -1,4 +1,4 @@
-//! Small tensors, and numbers in the lanes of vector instructions.
+//! Small tensors, and values in SIMD lanes.
 //!
 //! Used by `element`, `material` and `assembly`.
 

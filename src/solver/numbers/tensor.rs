@@ -1,22 +1,22 @@
 //! Symmetric second-order tensors as Mandel (Kelvin) six-vectors.
 //!
-//! The order everywhere in the solver is `[11, 22, 33, √2·12, √2·23, √2·31]`. In this basis the inner
-//! product of two tensors is the dot product of their vectors, a fourth-order tensor with minor symmetries
-//! is a plain 6 x 6 matrix, and a rotation of the axes is an orthogonal 6 x 6 matrix: stresses and strains
-//! need no different factors. Engineering shear strain is √2 times the Mandel component.
+//! The component order is `[11, 22, 33, √2·12, √2·23, √2·31]` throughout the solver. In this basis the inner product
+//! of two tensors is the dot product of their vectors, a fourth-order tensor with minor symmetries is a 6 x 6 matrix,
+//! and a rotation is an orthogonal 6 x 6 matrix. Stresses and strains need no different factors. Engineering shear
+//! strain is √2 times the Mandel component.
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 use crate::geometry::Mat3;
 
-/// A symmetric tensor, `[11, 22, 33, √2·12, √2·23, √2·31]`.
+/// Symmetric tensor `[11, 22, 33, √2·12, √2·23, √2·31]`.
 pub type Mandel = [f64; 6];
-/// A linear map of symmetric tensors in the Mandel basis, row by row.
+/// Linear map of symmetric tensors in the Mandel basis, row by row.
 pub type Mandel66 = [[f64; 6]; 6];
 
 /// Index pair of each Mandel component.
 pub const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
-/// The unit tensor.
+/// Second-order unit tensor.
 pub const UNIT: Mandel = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
 
 /// Weight of component `index`: 1 on the diagonal, √2 off it.
@@ -25,7 +25,7 @@ pub fn factor(index: usize) -> f64 {
     if index < 3 { 1.0 } else { SQRT_2 }
 }
 
-/// The Mandel vector of the symmetric part of `m`.
+/// Mandel vector of the symmetric part of `m`.
 #[must_use]
 pub fn from_matrix(m: &Mat3) -> Mandel {
     std::array::from_fn(|index| {
@@ -34,7 +34,7 @@ pub fn from_matrix(m: &Mat3) -> Mandel {
     })
 }
 
-/// The symmetric matrix of a Mandel vector.
+/// Symmetric matrix of a Mandel vector.
 #[must_use]
 pub fn to_matrix(v: &Mandel) -> Mat3 {
     let s = FRAC_1_SQRT_2;
@@ -48,7 +48,7 @@ pub fn dot(a: &Mandel, b: &Mandel) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
 }
 
-/// A linear map applied to a symmetric tensor.
+/// Linear map applied to a symmetric tensor.
 #[must_use]
 #[inline(always)]
 pub fn apply(m: &Mandel66, v: &Mandel) -> Mandel {
@@ -85,7 +85,7 @@ pub fn determinant(v: &Mandel) -> f64 {
     a * (b * c - q * q) - p * (p * c - q * r) + r * (p * q - b * r)
 }
 
-/// The 6 x 6 matrix of the congruence `A ↦ q A qᵀ`; orthogonal when `q` is a rotation.
+/// 6 x 6 matrix of the congruence `A ↦ q A qᵀ`; orthogonal if `q` is a rotation.
 #[must_use]
 #[inline(always)]
 pub fn congruence(q: &[[f64; 3]; 3]) -> Mandel66 {
@@ -99,13 +99,12 @@ pub fn congruence(q: &[[f64; 3]; 3]) -> Mandel66 {
             };
         }
     }
-    // Rows of the diagonal carry 2 * 1/2 = 1; off-diagonal rows 2/√2 = √2.
+    // Factors of diagonal rows: 2 * 1/2 = 1; of off-diagonal rows: 2/√2 = √2.
     out
 }
 
-/// Eigenvalues and orthonormal eigenvectors of a symmetric tensor by cyclic Jacobi rotations: accurate to
-/// rounding also for equal eigenvalues. Returns `(values, q)` with the eigenvectors in the columns of `q`. To test others
-/// against.
+/// Eigenvalues and orthonormal eigenvectors of a symmetric tensor by cyclic Jacobi rotations, accurate to rounding
+/// for equal eigenvalues too. Returns `(values, q)` with the eigenvectors in the columns of `q`. Reference for tests.
 #[cfg(test)]
 pub(crate) fn eigen(v: &Mandel) -> ([f64; 3], [[f64; 3]; 3]) {
     let mut a = [[0.0; 3]; 3];
@@ -117,8 +116,8 @@ pub(crate) fn eigen(v: &Mandel) -> ([f64; 3], [[f64; 3]; 3]) {
     let mut q = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let scale = dot(v, v);
     for _ in 0..30 {
-        let off = a[0][1] * a[0][1] + a[1][2] * a[1][2] + a[0][2] * a[0][2];
-        if off <= 1e-34 * scale {
+        let off_diagonal = a[0][1] * a[0][1] + a[1][2] * a[1][2] + a[0][2] * a[0][2];
+        if off_diagonal <= 1e-34 * scale {
             break;
         }
         for (i, j) in [(0, 1), (1, 2), (0, 2)] {
@@ -128,14 +127,14 @@ pub(crate) fn eigen(v: &Mandel) -> ([f64; 3], [[f64; 3]; 3]) {
     ([a[0][0], a[1][1], a[2][2]], q)
 }
 
-/// One Jacobi rotation that annihilates `a[i][j]`.
+/// Jacobi rotation that annihilates `a[i][j]`.
 #[cfg(test)]
 fn jacobi_rotation(a: &mut [[f64; 3]; 3], q: &mut [[f64; 3]; 3], i: usize, j: usize) {
-    let off = a[i][j];
-    if off == 0.0 {
+    let off_diagonal = a[i][j];
+    if off_diagonal == 0.0 {
         return;
     }
-    let theta = (a[j][j] - a[i][i]) / (2.0 * off);
+    let theta = (a[j][j] - a[i][i]) / (2.0 * off_diagonal);
     let t = if theta.abs() > 1e150 {
         0.5 / theta
     } else {
@@ -145,8 +144,8 @@ fn jacobi_rotation(a: &mut [[f64; 3]; 3], q: &mut [[f64; 3]; 3], i: usize, j: us
     let s = t * c;
     let k = 3 - i - j;
     let (aki, akj) = (a[k][i], a[k][j]);
-    a[i][i] -= t * off;
-    a[j][j] += t * off;
+    a[i][i] -= t * off_diagonal;
+    a[j][j] += t * off_diagonal;
     a[i][j] = 0.0;
     a[j][i] = 0.0;
     a[k][i] = c * aki - s * akj;

@@ -1,4 +1,4 @@
-//! The blank: a mesh of 8-node hexahedra whose nodes are grouped by columns through the thickness.
+//! Blank: a mesh of 8-node hexahedra with nodes grouped in through-thickness columns.
 
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
@@ -6,10 +6,10 @@ use std::f64::consts::FRAC_PI_2;
 use crate::geometry::{Vec2, Vec3};
 use crate::solver::linear::Groups;
 
-/// A hexahedral mesh of a sheet.
+/// Hexahedral mesh of a sheet.
 ///
-/// Local nodes 0..4 of an element are its bottom face seen counter-clockwise from the top, 4..8 the nodes
-/// above them. In a structured blank all nodes of one column are consecutive, bottom first: node
+/// Local nodes 0..4 of an element are its bottom face, counter-clockwise seen from the top; 4..8 are the nodes above
+/// them. In a structured blank all nodes of a column are consecutive, bottom first: node
 /// `column * nodes_per_column + level`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HexMesh {
@@ -21,9 +21,9 @@ pub struct HexMesh {
     pub nodes_per_column: usize,
 }
 
-/// A rectangle `[0, size_x] x [0, size_y] x [0, thickness]` [mm] of `nx` x `ny` elements and `nz` layers.
+/// Rectangle `[0, size_x] x [0, size_y] x [0, thickness]` [mm] with `nx` x `ny` elements and `nz` layers.
 ///
-/// Column `i * (ny + 1) + j` stands over `(i, j)`. Counts of zero are taken as one.
+/// Column `i * (ny + 1) + j` is at `(i, j)`. Counts of zero are treated as one.
 #[must_use]
 pub fn rectangle(
     size_x: f64,
@@ -63,8 +63,8 @@ pub fn rectangle(
     HexMesh { nodes, elements, nodes_per_column: levels }
 }
 
-/// A sheet of `layers` hexahedra over quadrilaterals (counter-clockwise seen from the top), which are its bottom face;
-/// thickness [mm] along the mean normals at their corners.
+/// Sheet of `layers` hexahedra over quadrilaterals (counter-clockwise seen from the top), which are its bottom face.
+/// The thickness [mm] is along the mean normals at the corners.
 #[must_use]
 pub fn thickened(points: &[Vec3], quads: &[[u32; 4]], thickness: f64, layers: usize) -> HexMesh {
     let layers = layers.max(1);
@@ -93,8 +93,8 @@ pub fn thickened(points: &[Vec3], quads: &[[u32; 4]], thickness: f64, layers: us
     HexMesh { nodes, elements, nodes_per_column: levels }
 }
 
-/// Quadrilaterals of a quarter disc `x, y >= 0` of a radius [mm] about the origin: a core of `core` x `core` cells, and
-/// `rings` cells from it to the rim.
+/// Quadrilaterals of a quarter disc `x, y >= 0` of given radius [mm] about the origin: a core of `core` x `core`
+/// cells and `rings` cells from the core to the rim.
 #[must_use]
 pub fn quarter_disc(radius: f64, core: usize, rings: usize) -> (Vec<Vec3>, Vec<[u32; 4]>) {
     let (core, rings) = (core.max(1), rings.max(1));
@@ -126,27 +126,27 @@ pub fn quarter_disc(radius: f64, core: usize, rings: usize) -> (Vec<Vec3>, Vec<[
     (points, quads)
 }
 
-/// Corners of the `core` x `core` cells in the middle of a quarter disc: `i * (core + 1) + j` at `(i, j)`.
+/// Corners of the `core` x `core` cells in the core of a quarter disc: index `i * (core + 1) + j` at `(i, j)`.
 fn core_points(radius: f64, core: usize) -> Vec<Vec3> {
-    /// Half side of the core over the radius, and how round its outer border is (0 square, 1 circle).
-    const CORE: f64 = 0.4;
-    const ROUND: f64 = 0.6;
+    /// Half side of the core over the radius, and roundness of its outer border (0 square, 1 circle).
+    const CORE_SIZE_REL: f64 = 0.4;
+    const CORE_ROUNDNESS: f64 = 0.6;
     let inside = |i: usize, j: usize| {
         let (u, v) = (i as f64 / core as f64, j as f64 / core as f64);
         let out = u.max(v);
         let slant = if out > 0.0 { u.hypot(v) / out - 1.0 } else { 0.0 };
-        Vec3::new(u, v, 0.0) * (CORE * radius / (1.0 + ROUND * slant * out))
+        Vec3::new(u, v, 0.0) * (CORE_SIZE_REL * radius / (1.0 + CORE_ROUNDNESS * slant * out))
     };
     (0..=core).flat_map(|i| (0..=core).map(move |j| (i, j))).map(|(i, j)| inside(i, j)).collect()
 }
 
-/// Quadrilaterals of a disc of a radius [mm] about the origin: four quarter discs, their common nodes once.
+/// Quadrilaterals of a disc of given radius [mm] about the origin: four quarter discs with common nodes merged.
 #[must_use]
 pub fn disc(radius: f64, core: usize, rings: usize) -> (Vec<Vec3>, Vec<[u32; 4]>) {
     let (quarter, cells) = quarter_disc(radius, core, rings);
     let mut points: Vec<Vec3> = Vec::with_capacity(4 * quarter.len());
     let mut quads = Vec::with_capacity(4 * cells.len());
-    // Nodes on the axes, exactly the same in both quarters there; 0.0 is added as there are two zeros.
+    // Nodes on the axes, bit-identical in both adjacent quarters; adding 0.0 removes the sign of zero.
     let mut on_axes: HashMap<[u64; 2], u32> = HashMap::new();
     for turns in 0..4 {
         let turned = |p: &Vec3| {
@@ -192,7 +192,7 @@ impl HexMesh {
             .collect()
     }
 
-    /// Unit normals of the mid-surfaces of the elements at their centres, from the lower face to the upper.
+    /// Unit normals of the mid-surfaces at the element centres, from the lower to the upper face.
     #[must_use]
     pub fn normals(&self) -> Vec<Vec3> {
         let normal = |element: &[u32; 8]| {
@@ -212,7 +212,7 @@ impl HexMesh {
         sum / self.column_count().max(1) as f64
     }
 
-    /// Unknowns (three a node) grouped by through-thickness column when the mesh has them, else by node.
+    /// Unknowns (three for each node) grouped by through-thickness column, or by node if the mesh has no columns.
     #[must_use]
     pub fn groups(&self) -> Groups {
         let levels = self.nodes_per_column.max(1);
@@ -227,7 +227,7 @@ impl HexMesh {
         }
     }
 
-    /// Plan coordinates `(x, y)` [mm] of each column's bottom node: the input of nested dissection.
+    /// Plan coordinates `(x, y)` [mm] of the bottom node of each column: input of nested dissection.
     #[must_use]
     pub fn column_coordinates(&self) -> Vec<Vec2> {
         self.bottom_nodes()
@@ -271,7 +271,7 @@ mod tests {
         }
     }
 
-    /// Quads of the same sense, no node twice, area of the polygon between the spokes.
+    /// Consistent orientation, no node twice, area of the polygon between the spokes.
     #[test]
     fn a_thickened_quarter_disc_is_sound() {
         let (core, rings) = (5, 7);
@@ -284,7 +284,7 @@ mod tests {
     fn a_thickened_disc_is_sound_and_its_quads_well_shaped() {
         for (core, rings) in [(1, 1), (2, 3), (5, 7), (12, 9)] {
             let (points, quads) = disc(60.0, core, rings);
-            // A disc: one more node than sides less quads.
+            // Euler characteristic of a disc: one more node than sides minus quads.
             assert_eq!(points.len(), (2 * core + 1).pow(2) + 8 * core * rings);
             assert_eq!(quads.len(), 4 * core * core + 8 * core * rings);
             let mut sides = HashMap::new();

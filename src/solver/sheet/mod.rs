@@ -1,4 +1,4 @@
-//! The sheet before it is deformed: hexahedra in columns, supports, rigid motions, sizes of elements.
+//! The undeformed sheet: hexahedra in columns, supports, rigid-body motions, characteristic lengths.
 //!
 //! Used by `assembly`, `system`, `scene` and all above them.
 

@@ -1,19 +1,19 @@
-//! Rigid modes of a sheet that is not held: as few supports as it takes, and the way back to where a released sheet lay.
+//! Rigid-body modes of an unconstrained sheet: minimal supports, and the rigid motion back to an earlier position.
 
 use super::supports::Constraints;
 use crate::geometry::{Mat3, Vec3};
 
-/// Share of a rigid motion that must be left free for it to count.
-const FREE_MOTION_REL: f64 = 1e-6;
+/// Remaining fraction of a rigid-body mode above which it counts as free.
+const FREE_MODE_TOLERANCE_REL: f64 = 1e-6;
 
 type Row = nalgebra::Vector6<f64>;
 
-/// Rigid motions (three translations, three rotations about the centre) that nothing holds yet.
+/// Rigid-body modes (three translations, three rotations about the centre) and the supports that constrain them.
 struct RigidModes<'a> {
     nodes: &'a [Vec3],
     centre: Vec3,
     size: f64,
-    /// What is held, orthonormal.
+    /// Constrained modes, orthonormal.
     held: Vec<Row>,
 }
 
@@ -24,10 +24,10 @@ impl<'a> RigidModes<'a> {
         Self { nodes, centre, size, held: Vec::new() }
     }
 
-    /// What a support of `node` along a unit vector holds that is not held yet.
-    fn left(&self, node: usize, along: &Vec3) -> Row {
-        let turn = ((self.nodes[node] - self.centre) / self.size).cross(along);
-        let mut row = Row::new(along.x, along.y, along.z, turn.x, turn.y, turn.z);
+    /// Part of the support of `node` along a unit vector that is independent of the constrained modes.
+    fn independent_part(&self, node: usize, along: &Vec3) -> Row {
+        let rotation = ((self.nodes[node] - self.centre) / self.size).cross(along);
+        let mut row = Row::new(along.x, along.y, along.z, rotation.x, rotation.y, rotation.z);
         for _ in 0..2 {
             for held in &self.held {
                 row -= held * held.dot(&row);
@@ -40,13 +40,13 @@ impl<'a> RigidModes<'a> {
         if self.all_held() {
             return;
         }
-        let row = self.left(node, along);
-        if row.norm() > FREE_MOTION_REL {
+        let row = self.independent_part(node, along);
+        if row.norm() > FREE_MODE_TOLERANCE_REL {
             self.held.push(row.normalize());
         }
     }
 
-    fn support_held(&mut self, constraints: &Constraints) {
+    fn add_constraints(&mut self, constraints: &Constraints) {
         for node in 0..self.nodes.len() {
             for axis in (0..3).filter(|&axis| constraints.is_held(node, axis)) {
                 self.support(node, &Vec3::ith(axis, 1.0));
@@ -54,21 +54,21 @@ impl<'a> RigidModes<'a> {
         }
     }
 
-    /// Displacements of the rigid motions that are left free (three a node), orthonormal.
+    /// Displacements of the free rigid-body modes (three for each node), orthonormal.
     fn free_motions(&self) -> Vec<Vec<f64>> {
         let mut rows = self.held.clone();
         let mut out: Vec<Vec<f64>> = Vec::new();
         for k in 0..6 {
             let mut row = Row::ith(k, 1.0);
             (0..2).for_each(|_| rows.iter().for_each(|held| row -= held * held.dot(&row)));
-            if row.norm() <= FREE_MOTION_REL {
+            if row.norm() <= FREE_MODE_TOLERANCE_REL {
                 continue;
             }
             let row = row.normalize();
             rows.push(row);
-            let (shift, turn) =
+            let (shift, rotation) =
                 (Vec3::new(row[0], row[1], row[2]), Vec3::new(row[3], row[4], row[5]));
-            let at = |x: &Vec3| shift + turn.cross(&((x - self.centre) / self.size));
+            let at = |x: &Vec3| shift + rotation.cross(&((x - self.centre) / self.size));
             let mut motion: Vec<f64> =
                 self.nodes.iter().flat_map(|x| <[f64; 3]>::from(at(x))).collect();
             for other in &out {
@@ -86,21 +86,22 @@ impl<'a> RigidModes<'a> {
         self.held.len() == 6
     }
 
-    /// Components of nodes that `may` be held, as few as it takes to hold what is left: each time the one that holds most.
-    fn hold_rest(mut self, may: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
+    /// Minimal set of displacement components of admissible nodes that constrains the free modes; greedy, the most
+    /// effective first.
+    fn constrain_free_modes(mut self, admissible: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
         let mut out = Vec::new();
         while !self.all_held() {
-            let mut best = (0, 0, FREE_MOTION_REL);
-            for node in (0..self.nodes.len()).filter(|&node| may(node)) {
+            let mut best = (0, 0, FREE_MODE_TOLERANCE_REL);
+            for node in (0..self.nodes.len()).filter(|&node| admissible(node)) {
                 for axis in 0..3 {
-                    let size = self.left(node, &Vec3::ith(axis, 1.0)).norm();
+                    let size = self.independent_part(node, &Vec3::ith(axis, 1.0)).norm();
                     if size > best.2 * (1.0 + 1e-9) {
                         best = (node, axis, size);
                     }
                 }
             }
             let (node, axis, size) = best;
-            if size <= FREE_MOTION_REL {
+            if size <= FREE_MODE_TOLERANCE_REL {
                 break;
             }
             self.support(node, &Vec3::ith(axis, 1.0));
@@ -110,36 +111,37 @@ impl<'a> RigidModes<'a> {
     }
 }
 
-/// Holds components of `nodes` until no rigid motion is left free beside those already in `constraints`.
+/// Adds supports of `nodes` to `constraints` until no rigid-body mode is free.
 pub(in crate::solver) fn hold_rigid_modes(constraints: &mut Constraints, nodes: &[Vec3]) {
     let mut modes = RigidModes::of(nodes);
-    modes.support_held(constraints);
-    for (node, axis) in modes.hold_rest(|_| true) {
+    modes.add_constraints(constraints);
+    for (node, axis) in modes.constrain_free_modes(|_| true) {
         constraints.hold(node, axis);
     }
 }
 
-/// Which share of `forces` on `nodes` (three a node) pushes along rigid motions that `constraints` leave free.
+/// Fraction of the `forces` on `nodes` (three for each node) that acts along rigid-body modes left free by
+/// `constraints`.
 pub(in crate::solver) fn share_along_free_motions(
     constraints: &Constraints,
     nodes: &[Vec3],
     forces: &[f64],
 ) -> f64 {
     let mut modes = RigidModes::of(nodes);
-    modes.support_held(constraints);
+    modes.add_constraints(constraints);
     let (mut along, mut all) = (Row::zeros(), 0.0);
     for (node, force) in forces.chunks_exact(3).map(Vec3::from_column_slice).enumerate() {
         let force = constraints.free_projector(node) * force;
-        let turn = ((nodes[node] - modes.centre) / modes.size).cross(&force);
-        along += Row::new(force.x, force.y, force.z, turn.x, turn.y, turn.z);
+        let rotation = ((nodes[node] - modes.centre) / modes.size).cross(&force);
+        along += Row::new(force.x, force.y, force.z, rotation.x, rotation.y, rotation.z);
         all += force.norm();
     }
     modes.held.iter().for_each(|held| along -= held * held.dot(&along));
     if all > 0.0 { along.norm() / all } else { 0.0 }
 }
 
-/// Takes from displacements `moves` of `nodes` (three a node) what of them is a rigid motion that neither `constraints` hold
-/// nor supports of nodes along directions.
+/// Subtracts from the displacements `moves` of `nodes` (three for each node) their projection on the free rigid-body
+/// modes. Modes are constrained by `constraints` and by supports of nodes along directions.
 pub(in crate::solver) fn take_free_motions(
     constraints: &Constraints,
     nodes: &[Vec3],
@@ -147,7 +149,7 @@ pub(in crate::solver) fn take_free_motions(
     moves: &mut [f64],
 ) {
     let mut modes = RigidModes::of(nodes);
-    modes.support_held(constraints);
+    modes.add_constraints(constraints);
     supports.for_each(|(node, along)| modes.support(node, &along));
     let motions = modes.free_motions();
     for motion in &motions {
@@ -156,15 +158,15 @@ pub(in crate::solver) fn take_free_motions(
     }
 }
 
-/// Components that hold the rigid motions which neither `constraints` do nor supports of nodes along directions; of other
-/// nodes than those.
+/// Displacement components that constrain the rigid-body modes left free by `constraints` and by supports of nodes
+/// along directions. Nodes with supports are not used.
 pub(in crate::solver) fn unsupported(
     constraints: &Constraints,
     nodes: &[Vec3],
     supports: impl Iterator<Item = (usize, Vec3)> + Clone,
 ) -> Vec<(usize, usize)> {
     let mut modes = RigidModes::of(nodes);
-    modes.support_held(constraints);
+    modes.add_constraints(constraints);
     for (node, along) in supports.clone() {
         if modes.all_held() {
             return Vec::new();
@@ -173,12 +175,13 @@ pub(in crate::solver) fn unsupported(
     }
     let mut supported = vec![false; nodes.len()];
     supports.for_each(|(node, _)| supported[node] = true);
-    modes.hold_rest(|node| !supported[node])
+    modes.constrain_free_modes(|node| !supported[node])
 }
 
-/// The turn and shift that bring points `from` nearest to points `to` (least squares, `x -> turn x + shift`): any, where
-/// `constraints` hold nothing; about and across an axis along which alone they hold. `None` where they hold more.
-pub(in crate::solver) fn nearest(
+/// Rigid motion `x -> rotation x + shift` from points `from` to points `to` (least squares). Arbitrary if `constraints`
+/// hold nothing; a rotation about and a shift normal to the axis if they hold only one axis. `None` if they hold
+/// more.
+pub(in crate::solver) fn fit_rigid_motion(
     constraints: &Constraints,
     from: &[Vec3],
     to: &[Vec3],
@@ -188,23 +191,23 @@ pub(in crate::solver) fn nearest(
     let middle = |points: &[Vec3]| points.iter().sum::<Vec3>() / points.len().max(1) as f64;
     let (a, b) = (middle(from), middle(to));
     let products = from.iter().zip(to).map(|(x, y)| (y - b) * (x - a).transpose()).sum::<Mat3>();
-    let turn = match held[..] {
-        [] => turn_of(&products)?,
-        [axis] => turn_about(axis, &products),
+    let rotation = match held[..] {
+        [] => rotation_of(&products)?,
+        [axis] => rotation_about(axis, &products),
         _ => return None,
     };
-    let mut shift = b - turn * a;
+    let mut shift = b - rotation * a;
     held.iter().for_each(|&axis| shift[axis] = 0.0);
-    Some((turn, shift))
+    Some((rotation, shift))
 }
 
-/// The same along axes and about an axis that `constraints` leave free, and no motion where they leave none.
+/// As [`fit_rigid_motion`], but if more than one axis is held, a translation along the free axes.
 pub(in crate::solver) fn nearest_free(
     constraints: &Constraints,
     from: &[Vec3],
     to: &[Vec3],
 ) -> (Mat3, Vec3) {
-    nearest(constraints, from, to).unwrap_or_else(|| {
+    fit_rigid_motion(constraints, from, to).unwrap_or_else(|| {
         let middle = |points: &[Vec3]| points.iter().sum::<Vec3>() / points.len().max(1) as f64;
         let mut shift = middle(to) - middle(from);
         for axis in 0..3 {
@@ -216,16 +219,16 @@ pub(in crate::solver) fn nearest_free(
     })
 }
 
-/// The turn with the largest `turn : products` (Kabsch, 1976).
-fn turn_of(products: &Mat3) -> Option<Mat3> {
+/// Rotation with the largest `rotation : products` (Kabsch, 1976).
+fn rotation_of(products: &Mat3) -> Option<Mat3> {
     let svd = products.svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);
-    // Values come in falling order: what would be mirrored is turned over along the least of them.
+    // Singular values are sorted in descending order: a reflection is removed along the smallest.
     let upright = Vec3::new(1.0, 1.0, (u * v_t).determinant().signum());
     Some(u * Mat3::from_diagonal(&upright) * v_t)
 }
 
-fn turn_about(axis: usize, products: &Mat3) -> Mat3 {
+fn rotation_about(axis: usize, products: &Mat3) -> Mat3 {
     let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
     let angle = (products[(j, i)] - products[(i, j)]).atan2(products[(i, i)] + products[(j, j)]);
     nalgebra::Rotation3::from_axis_angle(
@@ -263,26 +266,26 @@ mod tests {
     }
 
     #[test]
-    fn free_motions_are_taken_and_nothing_else() {
+    fn free_motions_are_subtracted_and_deformation_is_kept() {
         let mut on_plane = Constraints::none(8);
         on_plane.symmetry_plane(&corners(), 0, 0.0, 1e-9);
         let stretch = |x: &Vec3| Vec3::new(0.1 * x.x, 0.2 * (x.y - 0.5), -0.3 * (x.z - 0.5));
-        let turn = |x: &Vec3| Vec3::x().cross(&(x - Vec3::repeat(0.5))) * 0.02;
+        let rotation = |x: &Vec3| Vec3::x().cross(&(x - Vec3::repeat(0.5))) * 0.02;
         let moves = |shift: Vec3| -> Vec<f64> {
-            let at = |x: &Vec3| <[f64; 3]>::from(stretch(x) + turn(x) + shift);
+            let at = |x: &Vec3| <[f64; 3]>::from(stretch(x) + rotation(x) + shift);
             corners().iter().flat_map(at).collect()
         };
-        let mut left = moves(Vec3::new(0.0, 3.0, -2.0));
-        take_free_motions(&on_plane, &corners(), std::iter::empty(), &mut left);
-        for (at, x) in left.chunks_exact(3).zip(corners()) {
+        let mut independent_part = moves(Vec3::new(0.0, 3.0, -2.0));
+        take_free_motions(&on_plane, &corners(), std::iter::empty(), &mut independent_part);
+        for (at, x) in independent_part.chunks_exact(3).zip(corners()) {
             assert!((Vec3::from_column_slice(at) - stretch(&x)).norm() < 1e-12);
         }
-        // A support along y at the middle of the plane leaves the motion along z.
+        // A support along y at the middle of the plane leaves the motion along z free.
         let supports = corners().into_iter().enumerate().map(|(node, _)| (node, Vec3::y()));
-        let mut left = moves(Vec3::new(0.0, 3.0, -2.0));
-        take_free_motions(&on_plane, &corners(), supports, &mut left);
-        for (at, x) in left.chunks_exact(3).zip(corners()) {
-            let kept = stretch(&x) + turn(&x) + Vec3::new(0.0, 3.0, 0.0);
+        let mut independent_part = moves(Vec3::new(0.0, 3.0, -2.0));
+        take_free_motions(&on_plane, &corners(), supports, &mut independent_part);
+        for (at, x) in independent_part.chunks_exact(3).zip(corners()) {
+            let kept = stretch(&x) + rotation(&x) + Vec3::new(0.0, 3.0, 0.0);
             assert!((Vec3::from_column_slice(at) - kept).norm() < 1e-12);
         }
     }
@@ -300,7 +303,7 @@ mod tests {
         let couple = [(0, -2.0), (9, 2.0)];
         assert!(share(&free, &stretch) < 1e-15 && share(&free, &[]) == 0.0);
         assert!(share(&free, &couple) > 0.1);
-        // A plane holds its nodes along x, and the body against turning about y and z.
+        // A plane holds its nodes along x, and the body against rotation about y and z.
         assert!(share(&on_plane, &couple) < 1e-15 && share(&on_plane, &[(4, 1.0)]) > 0.9);
     }
 
@@ -311,27 +314,27 @@ mod tests {
         let little = nalgebra::Rotation3::from_axis_angle(&Vec3::x_axis(), -0.4).into_inner();
         let mut on_plane = Constraints::none(8);
         on_plane.symmetry_plane(&corners(), 0, 0.0, 1e-9);
-        // A flat sheet has no third direction to tell it from its mirror image.
+        // A flat sheet coincides with its mirror image.
         let flat: Vec<Vec3> = corners().iter().map(|x| Vec3::new(x.x, 2.0 * x.y, 0.0)).collect();
         let free = Constraints::none(8);
-        for (held, points, turn, shift) in [
+        for (held, points, rotation, shift) in [
             (&free, corners(), far, Vec3::new(5.0, -3.0, 1.0)),
             (&free, flat, far, Vec3::new(5.0, -3.0, 1.0)),
             (&on_plane, corners(), little, Vec3::new(0.0, 0.2, -0.5)),
         ] {
-            let moved: Vec<Vec3> = points.iter().map(|x| turn * x + shift).collect();
-            let (back, by) = nearest(held, &moved, &points).unwrap();
+            let moved: Vec<Vec3> = points.iter().map(|x| rotation * x + shift).collect();
+            let (back, by) = fit_rigid_motion(held, &moved, &points).unwrap();
             for (x, y) in points.iter().zip(&moved) {
                 assert!((back * y + by - x).norm() < 1e-14);
             }
             assert!((back.determinant() - 1.0).abs() < 1e-14);
         }
-        // A quarter shifts along the axis that is left, and with a node held on that not at all.
+        // A quarter translates only along the free axis, and not at all if a node is held along it.
         on_plane.hold(3, 1);
-        assert_eq!(nearest(&on_plane, &corners(), &corners()), None);
+        assert_eq!(fit_rigid_motion(&on_plane, &corners(), &corners()), None);
         let lifted: Vec<Vec3> = corners().iter().map(|x| x + Vec3::new(0.1, 0.2, 0.3)).collect();
-        let (turn, shift) = nearest_free(&on_plane, &lifted, &corners());
-        assert!(turn == Mat3::identity() && (shift + 0.3 * Vec3::z()).norm() < 1e-14);
+        let (rotation, shift) = nearest_free(&on_plane, &lifted, &corners());
+        assert!(rotation == Mat3::identity() && (shift + 0.3 * Vec3::z()).norm() < 1e-14);
         on_plane.hold(3, 2);
         assert_eq!(nearest_free(&on_plane, &lifted, &corners()).1, Vec3::zeros());
     }

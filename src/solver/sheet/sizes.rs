@@ -1,24 +1,24 @@
-//! Lengths that the solver measures its tolerances and steps by.
+//! Characteristic lengths for tolerances and step sizes.
 
 use super::hex_mesh::HexMesh;
 use crate::geometry::Aabb;
 
-/// Lengths of the problem [mm].
+/// Characteristic lengths of the problem [mm].
 #[derive(Debug, Clone, Copy)]
 pub(in crate::solver) struct Lengths {
-    /// Smallest thickness of the mesh: the shortest element edge.
+    /// Shortest element edge; for a sheet its minimum thickness.
     pub(in crate::solver) shortest_edge: f64,
     /// Longest element edge.
     pub(in crate::solver) longest_edge: f64,
-    /// Diagonal of the box around the sheet.
+    /// Diagonal of the bounding box of the sheet.
     pub(in crate::solver) size: f64,
-    /// Largest distance of a node from the origin, which its place is rounded with.
+    /// Largest distance of a node from the origin; determines the rounding of coordinates.
     pub(in crate::solver) farthest: f64,
-    /// Slip over which friction rises; 0: exact stick.
+    /// Slip over which friction is regularised; 0: exact stick.
     pub(in crate::solver) transition: f64,
 }
 
-/// Lengths of a sheet's mesh, without a transition of friction.
+/// Lengths of the mesh of a sheet, without regularisation of friction.
 pub(in crate::solver) fn edge_lengths(mesh: &HexMesh) -> Lengths {
     const EDGES: [(usize, usize); 12] = [
         (0, 1),

@@ -1,15 +1,15 @@
-//! Displacement components held at zero: symmetry planes and fixed nodes.
+//! Prescribed zero displacements: symmetry planes and fixed nodes.
 
 use crate::geometry::{Mat3, Vec3};
 
-/// Which displacement components of which nodes are held, one bit a component.
+/// Held displacement components, one bit each.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Constraints {
     held: Vec<u8>,
 }
 
 impl Constraints {
-    /// Nothing held on `nodes` nodes.
+    /// No constraints on `nodes` nodes.
     #[must_use]
     pub fn none(nodes: usize) -> Self {
         Self { held: vec![0; nodes] }
@@ -22,8 +22,8 @@ impl Constraints {
         }
     }
 
-    /// Holds component `axis` of every node with `|x[axis] - at| <= tolerance` [mm]: a symmetry plane.
-    /// Returns how many nodes lie on it.
+    /// Holds component `axis` of every node with `|x[axis] - at| <= tolerance` [mm] (symmetry plane). Returns the
+    /// number of these nodes.
     pub fn symmetry_plane(
         &mut self,
         nodes: &[Vec3],
@@ -41,20 +41,20 @@ impl Constraints {
         count
     }
 
-    /// True when component `axis` of `node` is held.
+    /// Whether component `axis` of `node` is held.
     #[must_use]
     pub fn is_held(&self, node: usize, axis: usize) -> bool {
         self.held[node] & (1 << axis) != 0
     }
 
-    /// Projector on the free components of `node`.
+    /// Projector onto the free components of `node`.
     #[must_use]
     pub fn free_projector(&self, node: usize) -> Mat3 {
         let free = |axis| if self.is_held(node, axis) { 0.0 } else { 1.0 };
         Mat3::from_diagonal(&Vec3::new(free(0), free(1), free(2)))
     }
 
-    /// True when nothing is held at `node`.
+    /// Whether no component of `node` is held.
     #[must_use]
     pub fn is_free(&self, node: usize) -> bool {
         self.held[node] == 0
@@ -66,8 +66,8 @@ impl Constraints {
         &self.held
     }
 
-    /// Takes over the bits of as many nodes.
-    pub(in crate::solver) fn take_bits(&mut self, bits: &[u8]) {
+    /// Sets the bits; the number of nodes must agree.
+    pub(in crate::solver) fn set_bits(&mut self, bits: &[u8]) {
         self.held.copy_from_slice(bits);
     }
 
@@ -77,7 +77,7 @@ impl Constraints {
         self.held.len()
     }
 
-    /// True without nodes.
+    /// Whether there are no nodes.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.held.is_empty()

@@ -1,29 +1,29 @@
-//! Stages of a process and what an increment reports.
+//! Stages of a process.
 
 use crate::solver::tools::motion::{Curve, Motion};
 
-/// One stage: clamp, draw, release, ...
+/// One stage, for example clamping, drawing or release.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stage {
     /// Name in the history.
     pub name: String,
     /// Duration [s]; only a label in a quasi-static run, > 0.
     pub duration: f64,
-    /// What each tool does, in the order of the tools.
+    /// Motion of each tool, in the order of the tools.
     pub motions: Vec<Motion>,
-    /// Share of the set-up's loads over the stage.
+    /// Factor of the loads of the model over the stage.
     pub load: Curve,
-    /// First increment, a share of the stage in (0, 1].
+    /// First increment, as a fraction of the stage in (0, 1].
     pub first_step: f64,
-    /// Largest increment, a share of the stage in (0, 1].
+    /// Largest increment, as a fraction of the stage in (0, 1].
     pub largest_step: f64,
-    /// Ends of increments, ascending shares of the stage in (0, 1]; empty: the run finds its own, as it does behind the
-    /// last and where all tools are taken away.
+    /// Prescribed ends of increments, ascending fractions of the stage in (0, 1]. Behind the last one, without any,
+    /// and in a stage that releases all tools, the step size is controlled automatically.
     pub ends: Vec<f64>,
 }
 
 impl Stage {
-    /// Length of the first step, as a share.
+    /// Length of the first step, as a fraction of the stage.
     pub(in crate::solver) fn first(&self) -> f64 {
         self.first_step.min(self.largest_step)
     }
@@ -32,14 +32,14 @@ impl Stage {
         self.motions.iter().filter_map(Motion::curve).chain([&self.load])
     }
 
-    /// Share behind `share` at which a curve of a tool or the loads next turns, or the stage ends: increments end there.
+    /// Next corner of a curve of a tool or load after `share`, or the end of the stage; increments end there.
     pub(in crate::solver) fn next_corner(&self, share: f64) -> f64 {
         let corners = self.curves().flat_map(Curve::corners);
         corners.filter(|corner| *corner > share).fold(1.0, f64::min)
     }
 
-    /// Whether a tool or the loads turn back at `share`, or go on at less than half or more than twice the speed: then the next
-    /// increment is not like the last.
+    /// Whether at `share` the rate of a tool or load changes sign, or by more than a factor of two. The last
+    /// increment then does not predict the next one.
     pub(in crate::solver) fn turns(&self, share: f64) -> bool {
         self.curves().filter(|curve| curve.corners().contains(&share)).any(|curve| {
             let [before, after] = curve.rates(share);

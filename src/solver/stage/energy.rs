@@ -1,4 +1,4 @@
-//! Work of an increment, by the trapezoidal rule, and what of it the sheet has not stored.
+//! Work of an increment by the trapezoidal rule, and the part that the sheet does not store.
 
 use super::plan::Plan;
 use super::state::{Committed, Simulation};
@@ -10,13 +10,13 @@ use crate::solver::system::system::System;
 /// Work of contact in an increment.
 #[derive(Default)]
 struct ContactWork {
-    /// Of friction on the sheet.
+    /// Work of friction on the sheet.
     friction: f64,
-    /// Of normal forces over the gap of nodes that begin or cease to touch, over which there is none: as the trapezoidal rule has
-    /// it.
+    /// Work of normal forces over the gap of nodes that come into contact or separate. No force acts over the gap,
+    /// but the trapezoidal rule includes this work.
     over_gaps: f64,
-    /// What the trapezoidal rule leaves out of the first where a node slides: friction is against its slip all the way, by
-    /// Coulomb's law with the mean normal force, whatever it was against before.
+    /// Correction of the frictional work of sliding nodes. Friction opposes the slip throughout the increment, by
+    /// Coulomb's law with the mean normal force, whatever its direction at the start.
     turned: f64,
 }
 
@@ -28,7 +28,7 @@ impl ContactWork {
             if !touched && !c.active {
                 continue;
             }
-            // Where a tool is gone at once all forces are what is left of them.
+            // If a tool is removed at once, its force at the start is that of the end.
             let before = if touched && old.dropped { *now } else { before };
             let tool = &sys.tools[c.tool];
             let place = sys.position(c.node) - tool.shift();
@@ -43,7 +43,7 @@ impl ContactWork {
                 let mean = 0.5 * (before.normal().norm() + now.normal().norm());
                 sum.turned -= along * sys.law(c.tool).mu * mean + friction;
             }
-            // A tool that comes back may find a node within it: a gap too.
+            // A returning tool may find a node inside it: this is a gap too.
             let closer = if touched == c.active { c.start - (place - way) } else { way };
             sum.over_gaps += 0.5 * (before.normal() + now.normal()).dot(&closer);
         }
@@ -52,28 +52,29 @@ impl ContactWork {
     }
 }
 
-/// Slip over the transition of friction from which on a node slides.
+/// Slip over the friction transition above which a node slides.
 const SLIDING_SLIP_RATIO: f64 = 10.0 * COULOMB_SLIP_RATIO;
 
-/// Length of a slip along a tool, whose normal is that of the forces at either end, or at one.
+/// Tangential part of a slip; the normal is that of the forces at both ends, or at one.
 fn tangential(before: &Force, now: &Force, slip: &Vec3) -> f64 {
     let normal = (before.normal() + now.normal()).try_normalize(0.0).unwrap_or_default();
     (slip - normal * normal.dot(slip)).norm()
 }
 
-/// Work of an increment, of the whole process [N mm].
+/// Work of an increment, of the complete process [N mm].
 struct Work {
     external: f64,
     friction: f64,
-    /// Of the elements' forces, by the trapezoidal rule; and with those of either end throughout.
+    /// Work of the element forces by the trapezoidal rule, and with the constant forces of either end.
     internal: f64,
     by_ends: [f64; 2],
-    /// What of that they have stored, or dissipated by plastic flow.
+    /// Work stored or dissipated by plastic flow in the elements.
     stored: f64,
 }
 
 impl Work {
-    /// Work of the increment (trapezoidal rule), before it is committed; `forces`: of the tools on the nodes now.
+    /// Work of the increment (trapezoidal rule) before it is committed; `forces` are the current forces of the tools
+    /// on the nodes.
     fn of(sim: &Simulation, forces: &[Force]) -> Self {
         let (sys, old) = (&sim.sys, &sim.committed);
         let (mut begin, mut end, mut applied) = (0.0, 0.0, 0.0);
@@ -102,16 +103,16 @@ impl Work {
         }
     }
 
-    /// What has been set free where the increment begins with no balance, as a tool is gone that pushed the sheet: the trapezoidal
-    /// rule would have its force fall over all the way that the sheet springs back.
+    /// Energy released if the increment does not start in equilibrium because a tool that pushed the sheet was
+    /// removed. The trapezoidal rule would let its force decrease over the whole springback.
     fn set_free(&self) -> f64 {
         self.external - self.friction - self.stored
     }
 
-    /// What the sheet has not stored of it, where that is of note beside the work `done` at most and more than forces that
-    /// rise or fall steadily from one end to the other can have left out: it has jumped from one balance to another on the way.
+    /// Internal work that the sheet has not stored, if it indicates a jump to another equilibrium. It must exceed a
+    /// fraction of the largest work `done`, and the error due to forces that vary monotonically between both ends.
     fn jump(&self, done: f64) -> Option<f64> {
-        /// Share of the work.
+        /// Fraction of the work.
         const JUMP_WORK_REL: f64 = 0.01;
         let lost = self.internal - self.stored;
         let [begin, end] = self.by_ends;
@@ -120,7 +121,7 @@ impl Work {
     }
 }
 
-/// Work in an increment of the forces that tools which are let go have left behind, of the whole process [N mm].
+/// Work in an increment of the forces left by released tools, of the complete process [N mm].
 pub(in crate::solver) fn work_left_behind(
     sim: &Simulation,
     plan: &Plan,
@@ -131,13 +132,13 @@ pub(in crate::solver) fn work_left_behind(
     sim.share * work * 0.5 * (plan.remaining(share) + plan.remaining(target))
 }
 
-/// Whether the sheet has jumped from one balance to another in the increment, which is not yet accepted.
+/// Whether the sheet has jumped to another equilibrium in the increment, which is not yet accepted.
 pub(in crate::solver) fn jumps(sim: &Simulation) -> bool {
     let work = Work::of(sim, &sim.sys.candidate_forces());
     work.internal > sim.rounding_work() && work.jump(sim.energies.most).is_some()
 }
 
-/// Adds the work of the increment before it is committed; whether the sheet has jumped.
+/// Adds the work of the increment before it is committed; returns whether a snap-through occurred.
 pub(in crate::solver) fn add_work(sim: &mut Simulation, forces: &[Force]) -> bool {
     let work = Work::of(sim, forces);
     let dropped = sim.committed.dropped;

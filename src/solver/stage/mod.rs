@@ -1,4 +1,4 @@
-//! A stage of the process: what moves and how far, the size of its steps, its energy.
+//! Stages of the process: motions, step sizes, energy.
 //!
 //! Used by `simulation` and `increment`.
 

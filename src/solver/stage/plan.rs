@@ -1,35 +1,37 @@
-//! What is to move in a stage.
+//! Quantities fixed at the start of a stage.
 
 use serde::{Deserialize, Serialize};
 
 use super::description::Stage;
 use crate::solver::tools::motion::Motion;
 
-/// Of the force of such a tool, what is left then.
+/// Remaining fraction of the force of a tool at its release.
 const REMAINING_FORCE_RATIO: f64 = 0.01;
 
-/// What a stage fixes when it begins.
+/// Quantities fixed at the start of a stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(in crate::solver) struct Plan {
     pub(in crate::solver) stage: usize,
     pub(in crate::solver) start_travels: Vec<f64>,
-    /// Force of each tool along its direction [N], of the whole process.
+    /// Force of each tool along its direction [N], of the complete process.
     pub(in crate::solver) start_forces: Vec<f64>,
-    /// Share of the stage at which tools are let go, and whether they are yet.
+    /// Fraction of the stage at which tools are released, and whether they have been.
     pub(in crate::solver) at: f64,
     pub(in crate::solver) gone: bool,
-    /// One of them that stays in place until then, as no other does, and displacements when the stage began.
+    /// A released tool that stays in place until then, as no other tool does, and the displacements at the start of
+    /// the stage.
     pub(in crate::solver) kept: Option<(usize, Vec<f64>)>,
-    /// Contact forces of the tools that are gone (three a node).
+    /// Contact forces of the released tools (three for each node).
     pub(in crate::solver) released: Vec<f64>,
-    /// Displacements at the beginning of a stage in which no tool holds the sheet; of others none.
+    /// Displacements at the start of a stage in which no tool holds the sheet; empty otherwise.
     pub(in crate::solver) unsupported: Vec<f64>,
-    /// Tools that stand clear of a sheet that is let go: one that nothing holds moves out of their way.
+    /// Tools clear of a sheet that is released; they are excluded, so that an unconstrained sheet does not move out
+    /// of their path.
     pub(in crate::solver) clear: Vec<usize>,
 }
 
 impl Plan {
-    /// Whether it is of a system with so many stages, tools and unknowns.
+    /// Whether the plan fits a model with these numbers of stages, tools and unknowns.
     pub(in crate::solver) fn fits(&self, stages: usize, tools: usize, unknowns: usize) -> bool {
         let of_nodes = |v: &Vec<f64>| v.is_empty() || v.len() == unknowns;
         let kept = self.kept.as_ref();
@@ -47,22 +49,22 @@ impl Plan {
         !self.unsupported.is_empty()
     }
 
-    /// Whether the stage takes away what held the sheet.
+    /// Whether the stage releases the sheet.
     pub(in crate::solver) fn lets_go(&self, stages: &[Stage]) -> bool {
         self.is_free() && stages[self.stage].motions.contains(&Motion::Release)
     }
 
-    /// What is left at `share` of the forces of tools that are gone, over those they left behind.
+    /// Remaining fraction at `share` of the forces of released tools.
     pub(in crate::solver) fn remaining(&self, share: f64) -> f64 {
         if self.gone { (1.0 - share) / (1.0 - self.at) } else { 0.0 }
     }
 
-    /// Share of the stage at which tools are let go that go back with the sheet until then.
+    /// Fraction of the stage at which tools are released that move back with the sheet until then.
     pub(in crate::solver) fn lets_go_at(&self) -> Option<f64> {
         (!self.gone).then_some(self.at)
     }
 
-    /// Force of a tool that goes back with the sheet to be let go [N], of the whole process.
+    /// Force of a tool that moves back with the sheet before its release [N], of the complete process.
     pub(in crate::solver) fn going_back(&self, tool: usize, share: f64) -> Option<f64> {
         let force = self.start_forces[tool];
         let left = 1.0 - (1.0 - REMAINING_FORCE_RATIO) * share / self.at;
@@ -70,7 +72,7 @@ impl Plan {
         (!self.gone).then_some(if stays { 0.0 } else { force * left })
     }
 
-    /// Whether every tool that holds the sheet is about to be let go.
+    /// Whether all tools that hold the sheet will be released.
     pub(in crate::solver) fn lets_all_go(&self) -> bool {
         !self.gone && self.kept.is_some()
     }

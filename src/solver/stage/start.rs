@@ -1,8 +1,8 @@
-//! How a stage begins, and how tools are let go in it.
+//! Start of a stage and release of tools.
 //!
-//! Where tools stay that hold the sheet, those that are let go first go back with it, pushing it with a force that falls to
-//! next to nothing: forces that they left behind would go along with a sheet that nothing but friction holds against them. Then,
-//! or at once where no tool stays, what they push it with is left behind as forces on its nodes that fall to nothing.
+//! If other tools hold the sheet, released tools first move back with it, pushing with a force that decreases almost
+//! to zero. Constant nodal forces would follow a sheet that only friction holds against them. Then, or at once if no
+//! tool stays, their forces are replaced by nodal forces that decrease to zero.
 
 use super::description::Stage;
 use super::plan::Plan;
@@ -18,7 +18,7 @@ use crate::solver::system::system::System;
 use crate::solver::tools::motion::Motion;
 use crate::solver::tools::role::Role;
 
-/// Share of a stage in which tools go back with the sheet before they are let go.
+/// Fraction of a stage in which tools move back with the sheet before their release.
 const RELEASE_SHARE: f64 = 0.5;
 
 pub(in crate::solver) fn begin(
@@ -50,7 +50,7 @@ pub(in crate::solver) fn begin(
     Ok(plan)
 }
 
-/// Lets tools go at `share` of a stage, which have gone back with the sheet so far.
+/// Releases tools at the fraction `share` of a stage; they have moved back with the sheet so far.
 pub(in crate::solver) fn let_go(
     sim: &mut Simulation,
     plan: &mut Plan,
@@ -65,7 +65,7 @@ pub(in crate::solver) fn let_go(
     arrange(sim, plan, share)
 }
 
-/// Puts tools and loads where they are at `share` of a stage, and supports where no tool holds the sheet.
+/// Sets tools and loads at the fraction `share` of a stage, and supports if no tool holds the sheet.
 fn arrange(sim: &mut Simulation, plan: &mut Plan, share: f64) -> Result<(), SimulationError> {
     let sys = &mut sim.sys;
     let now = &sim.stages[plan.stage];
@@ -115,8 +115,8 @@ pub(in crate::solver) fn set_targets(
     sys.regime.released_forces = sys.applied.iter().any(|&force| force != 0.0);
 }
 
-/// What drives a tool at `share` of the stage, and its travel where that is given [mm]; `whole`: the whole process over the
-/// modelled part.
+/// Control of a tool at `share` of the stage, and its travel if prescribed [mm]; `whole` is the ratio of the complete
+/// process to the modelled part.
 fn driven(
     motion: &Motion,
     plan: &Plan,
@@ -134,7 +134,7 @@ fn driven(
         Motion::Spring { force, stiffness } => {
             let at_zero = carried + stiffness * start;
             let force = force.starting_at(at_zero).at(share);
-            // One that is left out, clear of the sheet, goes where its spring has no force.
+            // An excluded tool, clear of the sheet, moves to the position at which its spring is unstretched.
             let slack = clear.then_some(force / stiffness);
             (Role::Spring { force: force / whole, stiffness: stiffness / whole }, slack)
         }
@@ -148,14 +148,14 @@ fn driven(
     (if clear { Role::Absent } else { role }, travel)
 }
 
-/// Adds a share of the set-up's loads to the applied forces.
+/// Adds the fraction `share` of the loads of the model to the applied forces.
 pub(in crate::solver) fn add_loads(sys: &mut System, loads: &[f64], share: f64) {
     sys.regime.loads = loads.iter().any(|load| share * load != 0.0);
     sys.applied.iter_mut().zip(loads).for_each(|(a, load)| *a += share * load);
 }
 
-/// Whether tools that are let go push the sheet onto others, and which of them stays in place as they go back, where none of
-/// those that are not let go does: the one that carries most. None where something else would push the sheet on.
+/// Whether released tools push the sheet onto others, and which of them stays in place while they move back, if no
+/// other tool does: the one with the largest force. `None` if something else would move the sheet.
 fn go_back_first(sys: &System, motions: &[Motion], carried: &[f64]) -> Option<Option<usize>> {
     let touches = |tool: usize| sys.contact.active().any(|(_, c)| c.tool == tool);
     let (mut pushing, mut stays) = (Vec::new(), false);
@@ -168,7 +168,7 @@ fn go_back_first(sys: &System, motions: &[Motion], carried: &[f64]) -> Option<Op
             _ => stays |= touches(tool),
         }
     }
-    // Of two that push against each other the first, whatever rounding says.
+    // Of two tools that push against each other the first, independent of rounding.
     let enough = (1.0 - 1e-6) * pushing.iter().map(|&tool| carried[tool]).fold(0.0, f64::max);
     let most = pushing.iter().copied().find(|&tool| carried[tool] >= enough);
     match pushing.len() {
@@ -179,7 +179,7 @@ fn go_back_first(sys: &System, motions: &[Motion], carried: &[f64]) -> Option<Op
     }
 }
 
-/// Parts the sheet from tools that are not there; whether one of them pushes it, which has left nothing behind in its loads.
+/// Removes contact with absent tools. Returns whether one of them pushed the sheet, without forces that replace it.
 fn drop_absent(sys: &mut System) -> bool {
     let gone = |c: &Candidate| c.active && sys.roles[c.tool] == Role::Absent;
     let pushes = |c: &Candidate| sys.scales.of_note(sys.contact_force(c).norm()) > 0.0;
@@ -190,7 +190,7 @@ fn drop_absent(sys: &mut System) -> bool {
     dropped
 }
 
-/// Forces on the nodes of the tools that are taken away (three a node) [N].
+/// Nodal forces of the tools that are released (three for each node) [N].
 fn released(sys: &System, motions: &[Motion]) -> Vec<f64> {
     let mut out = vec![0.0; sys.u.len()];
     for (_, c) in sys.contact.active().filter(|(_, c)| motions[c.tool] == Motion::Release) {
@@ -200,8 +200,9 @@ fn released(sys: &System, motions: &[Motion]) -> Vec<f64> {
     out
 }
 
-/// Whether tools hold the sheet where a stage begins, or come to it in the stage. Those that stand clear of a sheet that others
-/// let go, or go away from it, do not; `carried`: forces of the tools when the stage begins [N].
+/// Whether tools hold the sheet at the start of a stage or come into contact during it. Tools clear of a sheet that
+/// others release, or that move away from it, do not; `carried` are the forces of the tools at the start of the stage
+/// [N].
 fn is_held_by_tools(sys: &System, motions: &[Motion], carried: &[f64]) -> bool {
     let lets_go = motions.contains(&Motion::Release);
     let touches = |tool: usize| sys.contact.active().any(|(_, c)| c.tool == tool);
@@ -211,10 +212,10 @@ fn is_held_by_tools(sys: &System, motions: &[Motion], carried: &[f64]) -> bool {
     })
 }
 
-/// Holds the rigid modes of the sheet where it is now, which `loads` must not push it along.
+/// Constrains the rigid-body modes of the sheet at its current position; `loads` must not act along them.
 ///
 /// # Errors
-/// The share of the loads that does.
+/// The fraction of the loads that acts along rigid-body modes.
 fn hold_where_it_is(sys: &mut System, loads: &[f64]) -> Result<(), f64> {
     const NET_LOAD_REL: f64 = 1e-6;
     let now: Vec<Vec3> = (0..sys.node_count()).map(|n| sys.position(n)).collect();

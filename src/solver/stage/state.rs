@@ -1,4 +1,4 @@
-//! The state of a run: that of the last increment, and the stage under way.
+//! State of a run: last increment and active stage.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,20 +13,21 @@ use crate::solver::report::{Energies, RunSummary};
 use crate::solver::sheet::supports::Constraints;
 use crate::solver::system::system::System;
 
-/// The last converged state, and the increment before it for the predictor.
+/// Last converged state, and the increment before it for the predictor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(in crate::solver) struct Committed {
     pub(in crate::solver) u: Vec<f64>,
     pub(in crate::solver) travels: Vec<f64>,
-    /// Whether each tool rests on its stop.
+    /// Whether each tool is at its stop.
     pub(in crate::solver) on_stop: Vec<bool>,
     pub(in crate::solver) internal_force: Vec<f64>,
     pub(in crate::solver) applied: Vec<f64>,
     /// Force of each tool along its direction [N].
     pub(in crate::solver) pushes: Vec<f64>,
-    /// A tool that pushed the sheet there is gone and has left no forces behind: it is in balance no more.
+    /// A tool that pushed the sheet was removed without forces that replace it: the state is no longer in
+    /// equilibrium.
     pub(in crate::solver) dropped: bool,
-    /// Step (share of the stage), displacements and travels of the last increment of this stage.
+    /// Step (fraction of the stage), displacements and travels of the last increment of this stage.
     pub(in crate::solver) last: Option<(f64, Vec<f64>, Vec<f64>)>,
 }
 
@@ -44,12 +45,12 @@ impl Committed {
         }
     }
 
-    /// Nothing to predict the next increment from: another stage, or a way that is not gone on with.
+    /// Disables the prediction of the next increment, at the start of a stage or when the path is not continued.
     pub(in crate::solver) fn forget_last(&mut self) {
         self.last = None;
     }
 
-    /// Whether it is of a system with so many tools and unknowns.
+    /// Whether the state fits a model with these numbers of tools and unknowns.
     pub(in crate::solver) fn fits(&self, tools: usize, unknowns: usize) -> bool {
         let of_tools = |v: &Vec<f64>| v.len() == tools;
         let of_nodes = |v: &Vec<f64>| v.len() == unknowns;
@@ -60,20 +61,20 @@ impl Committed {
     }
 }
 
-/// A stage under way.
+/// An active stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(in crate::solver) struct UnderWay {
     pub(in crate::solver) plan: Plan,
     pub(in crate::solver) pace: Pace,
     pub(in crate::solver) endurance: Endurance,
     pub(in crate::solver) doubt: Doubt,
-    /// Share of the stage done.
+    /// Completed fraction of the stage.
     pub(in crate::solver) share: f64,
     pub(in crate::solver) start_time: f64,
 }
 
 impl UnderWay {
-    /// Whether it is of a stage of a system with so many stages, tools and unknowns.
+    /// Whether the state fits a stage of a model with these numbers of stages, tools and unknowns.
     pub(in crate::solver) fn fits(
         &self,
         stage: usize,
@@ -89,14 +90,14 @@ impl UnderWay {
             && (0.0..1.0).contains(&self.share)
     }
 
-    /// Share beyond which no increment goes that begins now: a curve turns there, or tools are let go.
+    /// Next fraction at which an increment must end: corner of a curve, or release of tools.
     pub(in crate::solver) fn next_corner(&self, stages: &[Stage]) -> f64 {
         let corner = stages[self.plan.stage].next_corner(self.share);
         self.plan.lets_go_at().map_or(corner, |at| corner.min(at))
     }
 
-    /// Where the next increment ends, and how long it may take. One that another run has made is tried whole, and given
-    /// all the time it wants, as that run may have come to it by cutting.
+    /// End of the next increment, and its limit of iterations. Prescribed increments are tried in full and with all
+    /// iterations, since the earlier run may have reached them by step cuts.
     pub(in crate::solver) fn next(&self, stages: &[Stage]) -> (f64, Patience) {
         let (share, step) = (self.share, self.pace.step);
         let none = self.plan.lets_go(stages);
@@ -120,13 +121,13 @@ pub struct Simulation {
     pub(in crate::solver) loads: Vec<f64>,
     pub(in crate::solver) limits: Limits,
     pub(in crate::solver) share: f64,
-    /// Work of travelling tools while the sheet is followed, against dampers too [N mm].
+    /// Work of travelling tools while the sheet is followed, including work against dampers [N mm].
     pub(in crate::solver) dragged: f64,
     pub(in crate::solver) committed: Committed,
-    /// Stage under way, or the next one.
+    /// Index of the active or the next stage.
     pub(in crate::solver) stage: usize,
     pub(in crate::solver) under_way: Option<UnderWay>,
-    /// What the set-up holds, whatever supports a stage adds.
+    /// Constraints of the model, without supports added by a stage.
     pub(in crate::solver) held: Constraints,
     pub(in crate::solver) energies: Energies,
     pub(in crate::solver) history: Vec<IterationRecord>,

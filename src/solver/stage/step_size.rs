@@ -1,29 +1,29 @@
-//! How long the steps of a stage are.
+//! Step size control of a stage.
 
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::numbers::COUNT_MAX;
 use crate::solver::newton::outcome::Patience;
 
-/// Iterations of a viscous motion, first and least: snap-throughs of released sheets take 31 to 45, strips crushed until they
-/// buckle 223 to 810; a sheet without equilibrium never ends.
+/// Maximum iterations of a viscous motion, initially and at least. Snap-throughs of released sheets take 31 to 45,
+/// strips crushed until they buckle 223 to 810; a sheet without equilibrium never converges.
 const MAX_FOLLOWING_ITERATIONS: usize = 1000;
 const MIN_FOLLOWING_ITERATIONS: usize = 125;
 
-/// How large the next step is (share of the stage).
+/// Controls the size of the next step (fraction of the stage).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(in crate::solver) struct Pace {
     pub(in crate::solver) step: f64,
     largest: f64,
     wanted_iterations: usize,
-    /// Failures since the last increment that went well.
+    /// Failures since the last successful increment.
     failures: usize,
-    /// Steps above this failed not long ago.
+    /// Upper limit due to a recent failure.
     ceiling: Option<f64>,
 }
 
 impl Pace {
-    /// Whether its steps are shares of a stage, and its counts those of a run.
+    /// Whether steps are fractions of a stage, and counts those of a valid run.
     pub(in crate::solver) fn is_sound(&self) -> bool {
         let share = |step: f64| step > 0.0 && step <= 1.0;
         let counts = [self.wanted_iterations, self.failures];
@@ -38,17 +38,18 @@ impl Pace {
         Self { step, largest, wanted_iterations, failures: 0, ceiling: None }
     }
 
-    /// After repeated failures an increment may take its time.
+    /// After repeated failures an increment may use all its iterations.
     pub(in crate::solver) fn patience(&self) -> Patience {
         if self.failures >= 4 { Patience::All } else { Patience::Hopeful }
     }
 
-    /// Whether the increment under way has been cut.
+    /// Whether the current increment has been cut.
     pub(in crate::solver) fn has_failed(&self) -> bool {
         self.failures > 0
     }
 
-    /// Larger after easy increments, smaller after hard ones; a step that failed is approached slowly.
+    /// Increases the step after easy increments and reduces it after hard ones; a size that failed is approached
+    /// slowly.
     pub(in crate::solver) fn went_well(&mut self, iterations: usize) {
         let (n, wanted) = (iterations, self.wanted_iterations);
         let factor = match n {
@@ -71,22 +72,22 @@ impl Pace {
     }
 }
 
-/// How long the sheet is followed in a stage: half as long after each time that it has come to no rest.
+/// Maximum iterations of viscous motions in a stage; halved after each motion that did not converge.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(in crate::solver) struct Endurance {
     pub(in crate::solver) iterations: usize,
 }
 
 impl Endurance {
-    /// All the way.
+    /// Initial value.
     pub(in crate::solver) const FULL: Self = Self { iterations: MAX_FOLLOWING_ITERATIONS };
 
-    /// Whether it is no longer than all the way.
+    /// Whether it does not exceed the initial value.
     pub(in crate::solver) fn is_sound(&self) -> bool {
         self.iterations <= MAX_FOLLOWING_ITERATIONS
     }
 
-    /// What is left of it after a sheet has come to rest, or has not.
+    /// Value after a viscous motion that has ended in equilibrium (`rest`) or not.
     pub(in crate::solver) fn after(&self, rest: bool) -> Self {
         let less = Self { iterations: (self.iterations / 2).max(MIN_FOLLOWING_ITERATIONS) };
         if rest { Self::FULL } else { less }

@@ -1,5 +1,5 @@
-//! The system linearised at one iterate: the conditions put in the place of equations, the matrix in the mesh's own
-//! pattern, the unknown travels of tools moved by force on its border; its solution, the correction.
+//! Linearised system at an iterate: contact conditions replace equilibrium equations, the matrix keeps the pattern of
+//! the mesh. It is bordered by the unknown travels of tools driven by force. Its solution is the correction.
 
 use std::time::Instant;
 
@@ -10,32 +10,32 @@ use crate::solver::contact::condition::Condition;
 use crate::solver::contact::frame::seen_from;
 use crate::solver::linear::{ChangedRows, LinearError};
 
-/// A correction: of the displacements, and of the travels of the tools moved by force.
+/// Correction of the displacements and of the travels of tools driven by force.
 #[derive(Debug, Clone)]
 pub(in crate::solver) struct Correction {
     pub(in crate::solver) u: Vec<f64>,
     pub(in crate::solver) travels: Vec<(usize, f64)>,
-    /// What it foretells of every touching candidate.
+    /// Predicted forces of all candidates in contact.
     pub(in crate::solver) foretold: Vec<Foretold>,
 }
 
-/// The force that a correction foretells at a touching node.
+/// Predicted contact force of a correction.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::solver) struct Foretold {
     pub(in crate::solver) candidate: usize,
-    /// Force of the tool: of `r + K du`, and friction where the node is held [N].
+    /// Force of the tool from `r + K du`, plus friction in constrained directions [N].
     pub(in crate::solver) force: Vec3,
     /// Normal force [N].
     pub(in crate::solver) lambda: f64,
 }
 
-/// What solutions of the linear system do to the forces at the touching nodes.
+/// Changes of the contact forces due to solutions of the linear system.
 struct Changes {
-    /// Touching candidates, rising.
+    /// Candidates in contact, ascending.
     touching: Vec<usize>,
-    /// Changes of the forces there, the nodes' rows of the tangent times each solution.
+    /// Changes of their forces: rows of the tangent at the nodes times each solution.
     by_solution: Vec<Vec<[f64; 3]>>,
-    /// Changes of friction where the nodes are held, by solution.
+    /// Changes of friction in constrained directions, by solution.
     held: Vec<Vec<Vec3>>,
 }
 
@@ -48,7 +48,7 @@ impl System {
         self.correct_with(None)
     }
 
-    /// Solves it again after some conditions have changed, at the same iterate.
+    /// Solves the system at the same iterate after changes of some conditions.
     pub(in crate::solver) fn correct_again(&mut self) -> Result<Correction, LinearError> {
         if self.symmetric {
             return self.correct();
@@ -92,12 +92,12 @@ impl System {
         correction
     }
 
-    /// Whether nothing but held components stands in the way of a symmetric matrix.
+    /// Whether the matrix is symmetric: constraints are the only conditions.
     fn is_symmetric(&self) -> bool {
         self.body.is_symmetric() && self.conditions.iter().all(|c| c.candidate.is_none())
     }
 
-    /// Takes the columns of components that are held or stand still, whose corrections are known, to the right-hand side.
+    /// Moves the columns of held components, whose corrections are known, to the right-hand side.
     fn move_held_columns(&mut self, rhs: &mut [f64]) {
         let pattern = self.body.pattern();
         for c in &self.conditions {
@@ -107,7 +107,7 @@ impl System {
             for i in (0..3).filter(stands).map(|k| 3 * c.node + k) {
                 let Some(diagonal) = pattern.position(i, i) else { continue };
                 let known = rhs[i] / self.matrix.values[diagonal];
-                // The pattern is its own mirror.
+                // The pattern is structurally symmetric.
                 for q in pattern.row_ptr[i]..pattern.row_ptr[i + 1] {
                     let row = pattern.col_idx[q];
                     if let Some(place) = pattern.position(row, i).filter(|_| row != i) {
@@ -119,7 +119,7 @@ impl System {
         }
     }
 
-    /// Residual of every row: equilibrium, or the conditions in its place.
+    /// Residual of every row: equilibrium, or the condition that replaces it.
     pub(in crate::solver) fn residual_vector(&self) -> Vec<f64> {
         let mut out: Vec<f64> =
             self.eval.internal_force.iter().zip(&self.applied).map(|(f, a)| f - a).collect();
@@ -129,14 +129,14 @@ impl System {
         out
     }
 
-    /// Makes the matrix of the tangent and the conditions.
+    /// Sets up the matrix from tangent and conditions.
     pub(in crate::solver) fn condense(&mut self) {
         let copy = self.is_symmetric();
         let tangent = &mut self.eval.tangent;
         self.matrix.set(self.body.pattern(), tangent, &self.conditions, copy);
     }
 
-    /// Minus the derivative of the residual by the travel of `tool`: the extra right-hand side.
+    /// Minus the derivative of the residual by the travel of `tool`: an additional right-hand side.
     pub(in crate::solver) fn travel_column(&self, tool: usize) -> Vec<f64> {
         let mut column = vec![0.0; self.u.len()];
         for c in &self.conditions {
@@ -149,13 +149,13 @@ impl System {
         column
     }
 
-    /// The way of a tool as a candidate's node sees it.
+    /// Displacement of a tool as it acts on the node of a candidate.
     fn seen_from(&self, c: &Candidate, way: Vec3) -> Vec3 {
         seen_from(&c.foot, &self.constraints.free_projector(c.node), way)
     }
 
-    /// The bordered unknowns: `[K -Z; W S]` with one row and column a tool moved by force; S the stiffness of springs.
-    /// `all`: the solution of the right-hand side, then one for the travel of each tool in `moved`.
+    /// Bordered system `[K -Z; W S]` with one row and column for each tool driven by force; `S` is the stiffness of
+    /// springs. `all` is the solution of the right-hand side, then one for the travel of each tool in `moved`.
     fn border(&self, mut all: Vec<Vec<f64>>, moved: &[usize]) -> Result<Correction, LinearError> {
         let changes = self.changes_of_force(&all, moved);
         let z = all.split_off(1);
@@ -182,8 +182,9 @@ impl System {
         Changes { touching, by_solution, held }
     }
 
-    /// What the solution `u` for the travel of a tool, or for none, does to the friction of touching candidates where their nodes
-    /// are held, as it changes the forces there by `forces` [N]; that for none brings it to what the linearised law has.
+    /// Changes of friction in constrained directions due to the solution `u` for the travel of a tool, which changes
+    /// the contact forces by `forces` [N]. Without a tool, `u` is the solution of the right-hand side, and the change
+    /// includes the difference to the linearised law.
     fn held_changes(
         &self,
         touching: &[usize],
@@ -207,13 +208,13 @@ impl System {
         changes
     }
 
-    /// Travels of the tools moved by force that make them push as they are to, or rest on their stops.
+    /// Travels of the tools driven by force for which they push with their prescribed force, or reach their stops.
     fn travels(&self, changes: &Changes, moved: &[usize]) -> Result<Vec<f64>, LinearError> {
         let m = moved.len();
         if m == 0 {
             return Ok(Vec::new());
         }
-        // By how much solution `j` changes the push of the i-th tool.
+        // Change of the push of the i-th tool due to solution `j`.
         let pushed = |i: usize, j: usize| -> f64 {
             let (tool, d) = (moved[i], self.tools[moved[i]].setup.direction);
             let all = changes.touching.iter().zip(&changes.by_solution[j]).zip(&changes.held[j]);
@@ -242,7 +243,7 @@ impl System {
         Ok(travels.ok_or(LinearError::Unopposed { tool })?.iter().copied().collect())
     }
 
-    /// Lets touching candidates expect the forces of the balance that the body was last evaluated for.
+    /// Initialises the expected contact forces with those of the equilibrium at which the body was last evaluated.
     pub(in crate::solver) fn expect_as_last(&mut self) {
         for k in 0..self.contact.candidates.len() {
             let c = &self.contact.candidates[k];
@@ -251,7 +252,7 @@ impl System {
         }
     }
 
-    /// Lets touching candidates expect the forces that `correction` foretells, of which this share was taken.
+    /// Updates the expected contact forces by the fraction `share` of the change predicted by `correction`.
     pub(in crate::solver) fn expect(&mut self, correction: &Correction, share: f64) {
         for foretold in &correction.foretold {
             let c = &mut self.contact.candidates[foretold.candidate];
@@ -264,7 +265,7 @@ impl System {
         }
     }
 
-    /// Forces that the linearised system gives the touching nodes.
+    /// Contact forces predicted by the linearised system.
     fn foretold(&self, changes: &Changes, travels: &[f64]) -> Vec<Foretold> {
         let shares = || std::iter::once(1.0).chain(travels.iter().copied());
         let of = |c: &Condition| {

@@ -1,11 +1,11 @@
-//! Viscous forces on the nodes while a sheet is followed past a limit point.
+//! Viscous forces on the nodes for stabilisation.
 
 use crate::solver::assembly::Body;
 use crate::solver::assembly::Evaluation;
 use crate::solver::element::Want;
 use crate::solver::linear::pattern::Pattern;
 
-/// Volume of every node over their mean.
+/// Volume of every node over the mean.
 pub(in crate::solver) fn shares(body: &Body) -> Vec<f64> {
     let mesh = body.mesh();
     let mut volumes = vec![0.0; mesh.nodes.len()];
@@ -16,22 +16,22 @@ pub(in crate::solver) fn shares(body: &Body) -> Vec<f64> {
     volumes.into_iter().map(|volume| volume / mean).collect()
 }
 
-/// Forces that hold every node back towards where the step began.
+/// Viscous forces that oppose the displacement of every node since the start of a step.
 #[derive(Debug, Clone)]
 pub(in crate::solver) struct Damper {
     from: Vec<f64>,
-    /// Stiffness of every node's damper [N/mm].
+    /// Damper stiffness of every node [N/mm].
     stiffness: Vec<f64>,
 }
 
 impl Damper {
-    /// A damper about displacements `u`, in proportion to each node's volume, of `stiffness` [N/mm] in the mean.
+    /// Damper about displacements `u`, proportional to the volume of each node, with the mean `stiffness` [N/mm].
     pub(in crate::solver) fn new(body: &Body, u: &[f64], stiffness: f64) -> Self {
         let stiffness = shares(body).into_iter().map(|share| stiffness * share).collect();
         Self { from: u.to_vec(), stiffness }
     }
 
-    /// Adds its forces and, where it is wanted, its tangent.
+    /// Adds the forces and, if requested, the tangent.
     pub(in crate::solver) fn add(
         &self,
         u: &[f64],
@@ -49,7 +49,7 @@ impl Damper {
         }
     }
 
-    /// Its forces, three a node [N].
+    /// Forces, three for each node [N].
     pub(in crate::solver) fn forces(&self, u: &[f64]) -> impl Iterator<Item = f64> {
         let moved = u.iter().zip(&self.from).map(|(now, from)| now - from);
         moved.enumerate().map(|(i, moved)| self.stiffness[i / 3] * moved)

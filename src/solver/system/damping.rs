@@ -1,71 +1,74 @@
-//! Pseudo-transient continuation (Kelley & Keyes 1998): how the viscous stiffness of the next step follows from the last one.
+//! Pseudo-transient continuation (Kelley & Keyes 1998): control of the viscous stiffness.
 //!
-//! A step is an equilibrium with viscous forces about the last state. After one that converged the stiffness falls, the faster
-//! the easier it was; after one that did not it rises, and stays above what failed until that is forgotten. When the viscous
-//! forces are small against the largest before, equilibrium without any is tried.
+//! A step is an equilibrium with viscous forces about the last state. The stiffness is reduced after a converged
+//! step, the more the fewer iterations it took. It is raised after a failed step, and stays above the failed value
+//! until that is forgotten. When the viscous forces are small compared with their maximum, an equilibrium without
+//! them is computed.
 
-/// First stiffness of a node's damper over the mesh's: a step moves the sheet by some thousand times what its forces would.
+/// Initial damper stiffness over that of the mesh: a step moves the sheet by about a thousand times the elastic
+/// displacement.
 const FIRST_STIFFNESS: f64 = 1e-3;
-/// Factor by which the stiffness falls after a step that went well; after an easy one by its square.
+/// Reduction factor of the stiffness after a converged step; squared after an easy one.
 const FALL: f64 = 4.0;
-/// Iterations of a step that was easy, and of one that went well.
+/// Maximum iterations of an easy step, and of one after which the stiffness is reduced.
 const EASY_ITERATIONS: usize = 3;
 pub(in crate::solver) const GOOD_ITERATIONS: usize = 5;
-/// Stiffness that the next step keeps over one that failed.
+/// Minimum ratio of the next stiffness to the one that failed.
 const MARGIN: f64 = 2.0;
-/// Viscous forces over the largest before at which equilibrium without any is tried.
+/// Viscous force over its maximum at which an equilibrium without viscous forces is tried.
 const RELEASE_FORCE_RATIO: f64 = 1e-2;
 
-/// In what the uses of the controller differ.
+/// Parameters of the controller, by use.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::solver) struct Rules {
-    /// Factor by which the stiffness rises after a step that failed.
+    /// Factor of the stiffness after a failed step.
     rise: f64,
-    /// What is left after a step of the stiffness below which steps failed.
+    /// Factor, in each step, of the lower bound due to failed steps.
     memory: f64,
-    /// Every step that converges counts as easy: those from a cycle are.
+    /// Every converged step counts as easy, as after active-set cycling.
     all_easy: bool,
-    /// Viscous forces over those where equilibrium without any failed, at which it is tried again; `None`: after every step.
+    /// Ratio of the viscous force to that at the last failed release, at which release is tried again; `None`: after
+    /// every step.
     release_again: Option<f64>,
 }
 
-/// Out of active-set cycling: a step that fails cycles again, and one with far more stiffness seldom does.
+/// Active-set cycling: a step that fails cycles again, but seldom with far more stiffness.
 pub(in crate::solver) const CYCLING: Rules =
     Rules { rise: 8.0, memory: 0.7, all_easy: true, release_again: Some(0.1) };
 /// Past a limit point.
 pub(in crate::solver) const LIMIT_POINT: Rules =
     Rules { rise: 4.0, memory: 0.5, all_easy: false, release_again: None };
 
-/// Controls the viscous stiffness from step to step.
+/// Controller of the viscous stiffness.
 #[derive(Debug, Clone)]
 pub(in crate::solver) struct Continuation {
     rules: Rules,
-    /// Stiffness of a node's damper over the mesh's.
+    /// Damper stiffness over that of the mesh.
     pub(in crate::solver) stiffness: f64,
-    /// Stiffness that the next steps do not go below, as less has failed.
+    /// Lower bound of the next steps, since less stiffness has failed.
     floor: f64,
-    /// Least stiffness: of a sheet that is pushed out of an unstable equilibrium.
+    /// Minimum stiffness, for a sheet perturbed from an unstable equilibrium.
     least: f64,
-    /// Viscous force at the last step, and at which equilibrium without any is tried [N].
+    /// Viscous force at the last step, and at which an equilibrium without viscous forces is tried [N].
     force: f64,
     release: f64,
 }
 
 impl Continuation {
-    /// Begins; `least`: stiffness that the motion needs at least, where it is known.
+    /// Initial state; `least` is the minimum stiffness of the motion, if known.
     pub(in crate::solver) fn new(rules: Rules, least: Option<f64>) -> Self {
         let stiffness = least.unwrap_or(FIRST_STIFFNESS);
         let least = least.unwrap_or(0.0);
         Self { rules, stiffness, floor: 0.0, least, force: f64::INFINITY, release: 0.0 }
     }
 
-    /// A step did not converge.
+    /// Registers a failed step.
     pub(in crate::solver) fn failed(&mut self) {
         self.floor = MARGIN * self.stiffness;
         self.stiffness *= self.rules.rise;
     }
 
-    /// A step converged, with this norm of the viscous forces [N].
+    /// Registers a converged step with this norm of the viscous forces [N].
     pub(in crate::solver) fn converged(&mut self, iterations: usize, force: f64) {
         let less = match iterations {
             n if n <= EASY_ITERATIONS || self.rules.all_easy => FALL * FALL,
@@ -78,12 +81,12 @@ impl Continuation {
         self.release = self.release.max(RELEASE_FORCE_RATIO * force);
     }
 
-    /// Whether equilibrium without viscous forces is to be tried.
+    /// Whether an equilibrium without viscous forces should be tried.
     pub(in crate::solver) fn may_release(&self) -> bool {
         self.force <= self.release
     }
 
-    /// There was no equilibrium without viscous forces next to the last step.
+    /// Registers that no equilibrium without viscous forces was found.
     pub(in crate::solver) fn release_failed(&mut self) {
         if let Some(ratio) = self.rules.release_again {
             self.release = ratio * self.force;
@@ -102,7 +105,7 @@ mod tests {
         assert_eq!(control.stiffness, FIRST_STIFFNESS / 16.0);
         control.failed();
         assert_eq!(control.stiffness, FIRST_STIFFNESS / 4.0);
-        // Twice what failed remains, and then half of that.
+        // Twice the failed value remains, and then half of that.
         control.converged(2, 50.0);
         assert_eq!(control.stiffness, FIRST_STIFFNESS / 8.0);
         control.converged(7, 20.0);

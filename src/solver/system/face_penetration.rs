@@ -1,4 +1,4 @@
-//! Penetration between nodes, where sheet and tools are now.
+//! Penetration between nodes in the current configuration.
 
 use std::time::Instant;
 
@@ -13,7 +13,7 @@ use crate::solver::tools::role::Role;
 const NOWHERE: (f64, Vec3) = (0.0, Vec3::new(0.0, 0.0, 0.0));
 
 impl System {
-    /// The deepest penetration between nodes where sheet and tools are now; `None` where there is none.
+    /// Deepest penetration between nodes in the current configuration; `None` if there is none.
     pub(in crate::solver) fn face_penetration(&mut self) -> Option<FacePenetration> {
         let start = Instant::now();
         let found = self.deepest();
@@ -35,7 +35,7 @@ impl System {
         found.reduce(|a, b| if b.depth > a.depth { b } else { a })
     }
 
-    /// Depth of the deepest middle of a face or of one of its sides in a tool [mm], and where.
+    /// Largest depth in a tool of the centres of faces and the midpoints of their sides [mm], and its position.
     fn faces_in_tool(&self, tool: usize, faces: &[Face], x: &[Vec3]) -> (f64, Vec3) {
         let (tool, reach) = (&self.tools[tool], self.lengths.longest_edge);
         let bounds = tool.setup.surface.bounds().widened(reach);
@@ -62,7 +62,7 @@ impl System {
         deepest_of(faces.par_iter().map(deepest).collect())
     }
 
-    /// Depth of the deepest feature of a tool behind the nearest face of the sheet [mm], and where.
+    /// Largest depth of a feature of a tool behind the closest face of the sheet [mm], and its position.
     fn tool_in_faces(&self, tool: usize, faces: &[Face], x: &[Vec3]) -> (f64, Vec3) {
         let features = &self.penetration.features[tool];
         if features.points.is_empty() || faces.is_empty() {
@@ -82,7 +82,7 @@ impl System {
     }
 }
 
-/// The first of the deepest: the same for any number of threads.
+/// The first of the deepest, independent of the number of threads.
 pub(in crate::solver) fn deepest_of(found: Vec<(f64, Vec3)>) -> (f64, Vec3) {
     found.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).unwrap_or(NOWHERE)
 }

@@ -1,4 +1,4 @@
-//! Forces at the nodes, of tools and supports on them.
+//! Forces of tools and supports on the nodes.
 
 use super::system::System;
 use crate::geometry::Vec3;
@@ -14,13 +14,13 @@ impl System {
             - Vec3::from_column_slice(&self.applied[range])
     }
 
-    /// Force of a tool on the node of a touching candidate: what its free directions leave over, what that is the part of, and
-    /// friction along a way of the tool in which the node is held.
+    /// Force of a tool on the node of a candidate in contact. It consists of the residual in the free directions, the
+    /// part of the normal force that the support carries, and friction in constrained directions.
     pub(in crate::solver) fn contact_force(&self, c: &Candidate) -> Vec3 {
         self.force_of(c, &self.force_at(c.node), self.held_friction(c))
     }
 
-    /// The same of a force at the node and of friction where it is held [N].
+    /// As [`Self::contact_force`] for a given nodal force and friction in constrained directions [N].
     pub(in crate::solver) fn force_of(&self, c: &Candidate, at_node: &Vec3, held: Vec3) -> Vec3 {
         if self.constraints.is_free(c.node) {
             return *at_node;
@@ -29,7 +29,7 @@ impl System {
         whole_force(&c.foot, &free, free * at_node) + held
     }
 
-    /// Friction on the node of a touching candidate in the directions in which that is held [N].
+    /// Friction in the constrained directions of the node of a candidate in contact [N].
     pub(in crate::solver) fn held_friction(&self, c: &Candidate) -> Vec3 {
         if self.constraints.is_free(c.node) {
             return Vec3::zeros();
@@ -40,7 +40,7 @@ impl System {
         held_friction(c, &p, &force, &free, self.law(c.tool), self.scales)
     }
 
-    /// Forces of the tools on the nodes of all candidates.
+    /// Contact forces of all candidates.
     pub(in crate::solver) fn candidate_forces(&self) -> Vec<Force> {
         self.contact.candidates.iter().map(|c| Force::of(c, &self.contact_force(c))).collect()
     }
@@ -54,7 +54,7 @@ impl System {
             .sum()
     }
 
-    /// Normal force at a touching candidate.
+    /// Normal force of a candidate in contact.
     pub(in crate::solver) fn lambda(&self, k: usize) -> f64 {
         let c = &self.contact.candidates[k];
         let free = self.constraints.free_projector(c.node);

@@ -1,26 +1,26 @@
-//! A sheet that nothing holds yet: between two stages, or carried along by a tool that meets no resistance.
+//! Free rigid-body motions of an unconstrained sheet: between two stages, or carried by a tool without resistance.
 //!
-//! Where the scene has no loads, nothing pushes it along the rigid motions that are free, and it stays where it is in them until
-//! a tool takes it along. The matrix says nothing about them; left to it, rounding would say where the sheet goes. A
-//! correction therefore has none of them: as many components as it takes stand still in it. What is balanced is the sheet
-//! without these supports, which carry nothing. Forces of tools that are let go balance by themselves, but for what the sheet
-//! moves under them while they fall to nothing: that alone the supports carry.
+//! Without loads no force acts along the free rigid-body motions, and the sheet does not move along them until a tool
+//! carries it. The matrix is singular for these motions, and rounding would determine them. As many components as
+//! necessary are therefore held in a correction. The residual does not contain these supports, which carry nothing.
+//! The forces of released tools are self-equilibrated except for the motion of the sheet while they decrease; the
+//! supports carry only this remainder.
 
 use super::system::System;
 use crate::geometry::{Mat3, Vec3};
 use crate::solver::contact::condition::Condition;
 use crate::solver::sheet::rigid_motions::{take_free_motions, unsupported};
 
-/// Stiffness of friction by which a tool holds a node, over the mesh's: less cannot be told from rounding.
+/// Minimum frictional stiffness of a support, over that of the mesh; less cannot be distinguished from rounding.
 const FRICTION_STIFFNESS_REL: f64 = 1e-10;
 
 impl System {
-    /// Whether no force acts on the sheet but those of tools that touch it and supports.
+    /// Whether only contact forces and supports act on the sheet.
     pub(in crate::solver) fn is_without_loads(&self) -> bool {
         self.applied.iter().all(|&force| force == 0.0)
     }
 
-    /// Components (node and axis) that stand still in the next correction; `touching`: conditions of the nodes that touch.
+    /// Components (node and axis) held in the next correction; `touching` are the conditions of the nodes in contact.
     pub(in crate::solver) fn floating(
         &self,
         touching: &[Option<Condition>],
@@ -32,8 +32,8 @@ impl System {
         unsupported(&self.constraints, &self.positions(), supports)
     }
 
-    /// Takes from `moves`, the displacements of the last increment, the rigid motions that nothing holds any more: a sheet
-    /// that a tool has carried or thrown off does not fly on.
+    /// Removes from `moves`, the displacements of the last increment, the rigid-body motions that are unconstrained.
+    /// A sheet that a tool has carried or lost must not continue to move.
     pub(in crate::solver) fn stop_floating(&self, moves: &mut [f64]) {
         if self.still.is_empty() {
             return;
@@ -43,9 +43,9 @@ impl System {
         take_free_motions(&self.constraints, &self.positions(), supports, moves);
     }
 
-    /// Directions in which a tool holds a node: across its surface, and along it where friction has a force to go by or, without
-    /// friction, the surface is hollow. One that bulges pushes a node off to the side: where it lies it may stay, but nothing
-    /// holds it there.
+    /// Directions in which a tool supports a node: the normal, and tangents with friction that has a normal force.
+    /// Without friction a tangent counts only if the surface is concave along it; a convex surface has no restoring
+    /// effect.
     fn supports(&self, c: &Condition) -> impl Iterator<Item = (usize, Vec3)> + Clone {
         let (node, b_tool) = (c.node, c.b_tool);
         let along = self.constraints.free_projector(node) - c.normal * c.normal.transpose();
@@ -59,14 +59,14 @@ impl System {
         std::iter::once(c.normal).chain(axes.filter(holds)).map(move |along| (node, along))
     }
 
-    /// Whether a tool has friction in the present iteration.
+    /// Whether a tool has friction in the current iteration.
     pub(in crate::solver) fn has_friction(&self, tool: usize) -> bool {
         self.regime.has_friction() && self.tools[tool].setup.friction > 0.0
     }
 }
 
 impl Condition {
-    /// Lets a component stand still in the correction. The force out of balance stays what it is.
+    /// Holds a component in the correction. The residual force is not changed.
     pub(in crate::solver) fn stand_still(&mut self, axis: usize, stiffness: f64) {
         let along = Vec3::ith(axis, 1.0);
         let own = along * along.transpose();

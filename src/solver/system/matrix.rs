@@ -1,7 +1,7 @@
-//! The matrix of the linear system: the tangent with conditions in the place of nodes' rows.
+//! Matrix of the linear system: the tangent with contact conditions in the rows of their nodes.
 //!
-//! It takes the tangent's values over from the evaluation, and keeps aside only the rows that conditions stand in the place
-//! of: they say what a correction does to the forces there, and come back when a condition changes.
+//! The values of the tangent are taken over from the evaluation. Only the rows replaced by conditions are stored
+//! separately: they give the change of the contact forces by a correction, and are restored when a condition changes.
 
 use std::ops::Range;
 
@@ -12,16 +12,16 @@ use crate::solver::contact::condition::Condition;
 use crate::solver::linear::pattern::Pattern;
 use crate::solver::linear::{ChangedRows, NodeRows};
 
-/// Values of the matrix, and what it took to make them.
+/// Values of the matrix and the data needed to restore the tangent.
 #[derive(Debug)]
 pub(in crate::solver) struct Matrix {
     pub(in crate::solver) values: Vec<f64>,
-    /// The tangent's own values are those above, but for the rows kept aside.
+    /// `values` are those of the tangent, except for the stored rows.
     taken: bool,
     kept: KeptRows,
-    /// Conditions in the factors of the linear solver.
+    /// Conditions contained in the factors of the linear solver.
     factored: Vec<Condition>,
-    /// Places in `values` that are not those of the factors, with what stands in these.
+    /// Ranges of `values` that differ from the factored matrix, with the factored values.
     replaced: Vec<(Range<usize>, Vec<f64>)>,
 }
 
@@ -29,14 +29,14 @@ pub(in crate::solver) struct Matrix {
 #[derive(Debug)]
 struct KeptRows {
     rows: Vec<f64>,
-    /// Where each node's begin, or [`NOWHERE`].
+    /// Start of the rows of each node, or [`NOWHERE`].
     starts: Vec<usize>,
     nodes: Vec<usize>,
 }
 
 const NOWHERE: usize = usize::MAX;
 
-/// Conditions put into the matrix, and numbers copied, by one task.
+/// Conditions applied, and values copied, by one task.
 const CONDITIONS_PER_TASK: usize = 32;
 const COPIED_PER_TASK: usize = 1 << 16;
 
@@ -47,7 +47,7 @@ impl KeptRows {
         self.rows.clear();
     }
 
-    /// Makes room for rows of a node.
+    /// Allocates rows of a node.
     fn push(&mut self, node: usize, len: usize) {
         self.starts[node] = self.rows.len();
         self.nodes.push(node);
@@ -61,7 +61,7 @@ impl KeptRows {
 }
 
 impl Matrix {
-    /// Of this pattern, all zero.
+    /// Zero matrix with this pattern.
     pub(in crate::solver) fn new(pattern: &Pattern) -> Self {
         let nodes = pattern.dim() / 3;
         Self {
@@ -73,13 +73,13 @@ impl Matrix {
         }
     }
 
-    /// The evaluation has a tangent of its own again.
+    /// Registers that the evaluation holds a new tangent.
     pub(in crate::solver) fn renew(&mut self) {
         self.taken = false;
     }
 
-    /// Makes the matrix of the tangent and the conditions, which are by rising nodes. The tangent's values are taken over,
-    /// what is left there means nothing; or copied, where columns will be changed too.
+    /// Sets up the matrix from tangent and conditions, which are sorted by node. The tangent is moved, which leaves
+    /// undefined values in `tangent`; it is copied if columns will be changed too.
     pub(in crate::solver) fn set(
         &mut self,
         pattern: &Pattern,
@@ -120,7 +120,7 @@ impl Matrix {
         });
     }
 
-    /// The tangent's values go back where they came from.
+    /// Returns the values of the tangent to `tangent`.
     fn give_back(&mut self, pattern: &Pattern, tangent: &mut Vec<f64>) {
         for &node in &self.kept.nodes {
             let range = rows_of(pattern, node);
@@ -132,15 +132,15 @@ impl Matrix {
         self.taken = false;
     }
 
-    /// The factors are those of the matrix with these conditions.
+    /// Registers that the factors are those of the matrix with these conditions.
     pub(in crate::solver) fn set_factored(&mut self, conditions: &[Condition]) {
         self.factored.clear();
         self.factored.extend_from_slice(conditions);
         self.replaced.clear();
     }
 
-    /// Puts the conditions that differ from those in the factors in their place; what that adds to the rows in the
-    /// factors.
+    /// Applies the conditions that differ from those in the factors; returns the resulting change of the factored
+    /// rows.
     pub(in crate::solver) fn change(
         &mut self,
         pattern: &Pattern,
@@ -174,13 +174,14 @@ impl Matrix {
         changed
     }
 
-    /// A node's three rows of the tangent.
+    /// The three rows of the tangent at a node.
     fn tangent_rows(&self, pattern: &Pattern, node: usize) -> &[f64] {
         let rows = rows_of(pattern, node);
         self.kept.of(node, rows.len()).unwrap_or_else(|| &self.values[rows])
     }
 
-    /// The nodes' rows of the tangent times the vectors, by vector: what displacements do to the forces there.
+    /// Rows of the tangent at the nodes times the vectors, by vector: changes of the contact forces due to
+    /// displacements.
     pub(in crate::solver) fn changes_of_force(
         &self,
         pattern: &Pattern,
@@ -192,12 +193,12 @@ impl Matrix {
     }
 }
 
-/// Places of a node's three rows in the values.
+/// Range of the three rows of a node in the values.
 fn rows_of(pattern: &Pattern, node: usize) -> Range<usize> {
     pattern.row_ptr[3 * node]..pattern.row_ptr[3 * node + 3]
 }
 
-/// Puts a condition in the place of its node's three rows.
+/// Applies a condition to the three rows of its node.
 fn put(c: &Condition, pattern: &Pattern, rows: &mut [f64]) {
     let start = pattern.row_ptr[3 * c.node];
     let width = rows.len() / 3;
@@ -218,7 +219,7 @@ fn put(c: &Condition, pattern: &Pattern, rows: &mut [f64]) {
     }
 }
 
-/// Nodes whose conditions differ in two lists by rising nodes, with both.
+/// Nodes whose conditions differ in two lists sorted by node, with both conditions.
 fn different<'a>(
     before: &'a [Condition],
     now: &'a [Condition],
@@ -246,7 +247,7 @@ mod tests {
     use crate::geometry::Mat3;
     use crate::solver::contact::condition::untouched;
 
-    /// Three nodes, the last not beside the first.
+    /// Three nodes, the last not adjacent to the first.
     fn pattern() -> Pattern {
         let mut pattern = Pattern { row_ptr: vec![0], col_idx: Vec::new() };
         for columns in [0..6, 0..9, 3..9] {
@@ -267,7 +268,7 @@ mod tests {
         (0..pattern.nnz()).map(|k| 1.0 + k as f64).collect()
     }
 
-    /// The matrix as its definition has it.
+    /// The matrix by its definition.
     fn plain(pattern: &Pattern, conditions: &[Condition]) -> Vec<f64> {
         let mut values = tangent(pattern);
         for c in conditions {
@@ -289,7 +290,7 @@ mod tests {
         assert_eq!(matrix.values, plain(&pattern, &first));
         let expected = forces(&matrix);
         matrix.set_factored(&first);
-        // Gone, new and changed; then back.
+        // Removed, new and changed conditions; then back.
         for now in [vec![condition(1, 5.0), condition(2, 7.0)], first.to_vec()] {
             let changed = matrix.change(&pattern, &now);
             assert_eq!(matrix.values, plain(&pattern, &now));
@@ -301,7 +302,7 @@ mod tests {
             assert_eq!(changed.rows, rows);
             assert_eq!(forces(&matrix), expected);
         }
-        // Again at the same evaluation, then with a copy that may be spoilt.
+        // Again at the same evaluation, then with a copy that may be modified.
         matrix.set(&pattern, &mut values, &[condition(1, 4.0)], false);
         assert_eq!(matrix.values, plain(&pattern, &[condition(1, 4.0)]));
         matrix.set(&pattern, &mut values, &[], true);

@@ -1,4 +1,4 @@
-//! The sheet and its tools at an iterate: residual, matrix, correction, and whether an equilibrium lasts.
+//! The sheet and its tools at an iterate: residual, matrix, correction, and stability of an equilibrium.
 //!
 //! Called by `newton` and `increment`; calls `assembly`, `contact`, `tools` and `linear`.
 

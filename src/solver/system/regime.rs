@@ -1,16 +1,16 @@
-//! What acts on the sheet in an iteration besides its tools and supports, and what stabilises it: the one state by which
-//! iterations differ. An accepted increment has no stabilisation.
+//! Loads and stabilisation that act on the sheet in an iteration, in addition to tools and supports. An accepted
+//! increment has no stabilisation.
 
 use super::damper::Damper;
 
-/// What acts on the sheet besides tools and supports.
+/// Loads and stabilisation in addition to tools and supports.
 #[derive(Debug, Clone, Default)]
 pub(in crate::solver) struct Regime {
-    /// Loads of the scene act.
+    /// Loads of the model act.
     pub(in crate::solver) loads: bool,
-    /// Forces that released tools left behind act, which fall to zero over the stage.
+    /// Forces of released tools act, which decrease to zero over the stage.
     pub(in crate::solver) released_forces: bool,
-    /// What stabilises the sheet.
+    /// Stabilisation of the sheet.
     pub(in crate::solver) stabilisation: Stabilisation,
 }
 
@@ -24,20 +24,20 @@ pub(in crate::solver) enum Stabilisation {
     Continuation {
         /// Viscous forces about the last state.
         damper: Damper,
-        /// Forces that push the sheet out of an unstable equilibrium (three a node) [N].
+        /// Perturbation that moves the sheet out of an unstable equilibrium (three forces for each node) [N].
         push: Option<Vec<f64>>,
     },
     /// Tools move an unconstrained sheet ([`crate::solver::increment::loose_sheet`]).
     LooseSheet {
         /// Light viscous forces about the last state.
         damper: Damper,
-        /// Tools have their friction; otherwise none.
+        /// Whether tools have friction.
         friction: bool,
     },
 }
 
 impl Regime {
-    /// The viscous forces, where there are any.
+    /// Viscous forces, if any.
     pub(in crate::solver) fn damper(&self) -> Option<&Damper> {
         match &self.stabilisation {
             Stabilisation::None => None,
@@ -46,7 +46,7 @@ impl Regime {
         }
     }
 
-    /// Whether the sheet has viscous forces.
+    /// Whether viscous forces act.
     pub(in crate::solver) fn is_stabilised(&self) -> bool {
         self.damper().is_some()
     }
@@ -56,17 +56,17 @@ impl Regime {
         matches!(self.stabilisation, Stabilisation::LooseSheet { .. })
     }
 
-    /// Whether tools have their friction.
+    /// Whether tools have friction.
     pub(in crate::solver) fn has_friction(&self) -> bool {
         !matches!(self.stabilisation, Stabilisation::LooseSheet { friction: false, .. })
     }
 
-    /// Sets viscous forces about a state, without forces that push.
+    /// Sets viscous forces about a state, without perturbation.
     pub(in crate::solver) fn continue_with(&mut self, damper: Damper) {
         self.stabilisation = Stabilisation::Continuation { damper, push: None };
     }
 
-    /// Removes what stabilises the sheet; the viscous forces, where there were any.
+    /// Removes the stabilisation; returns its viscous forces, if any.
     pub(in crate::solver) fn release(&mut self) -> Option<Damper> {
         match std::mem::take(&mut self.stabilisation) {
             Stabilisation::None => None,
@@ -75,7 +75,7 @@ impl Regime {
         }
     }
 
-    /// Forces that push the sheet out of an unstable equilibrium (three a node) [N].
+    /// Perturbation that moves the sheet out of an unstable equilibrium (three forces for each node) [N].
     pub(in crate::solver) fn push(&self) -> Option<&[f64]> {
         match &self.stabilisation {
             Stabilisation::Continuation { push, .. } => push.as_deref(),

@@ -1,4 +1,4 @@
-//! Where the nodes stand to the tools: looked for at every iterate, kept at every balance.
+//! Contact search: foot points of all nodes, updated at every iterate and stored at every equilibrium.
 
 use std::time::Instant;
 
@@ -7,7 +7,7 @@ use crate::solver::contact::candidate::Force;
 use crate::solver::tools::role::Role;
 
 impl System {
-    /// Closest points at the present positions.
+    /// Updates the foot points for the current positions.
     pub(in crate::solver) fn search(&mut self) {
         let start = Instant::now();
         let (x, present) = (self.positions(), self.present());
@@ -15,7 +15,7 @@ impl System {
         self.timings.search += start.elapsed().as_secs_f64();
     }
 
-    /// Closest points on one tool, which has just been moved.
+    /// Updates the foot points on one tool, which has moved.
     pub(in crate::solver) fn search_again(&mut self, tool: usize) {
         let start = Instant::now();
         let x = self.positions();
@@ -24,8 +24,8 @@ impl System {
         self.timings.search += start.elapsed().as_secs_f64();
     }
 
-    /// Makes the present places of nodes and tools those that the next increment starts from; `forces`: of the tools on the
-    /// candidates' nodes.
+    /// Makes the current positions of nodes and tools the reference of the next increment; `forces` are the contact
+    /// forces of the candidates.
     pub(in crate::solver) fn commit_contact(&mut self, forces: &[Force]) {
         let (x, present) = (self.positions(), self.present());
         let (transition, least) = (self.lengths.transition, self.scales.least());

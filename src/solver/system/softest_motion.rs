@@ -1,5 +1,5 @@
-//! The motion in which the sheet gives way where its balance does not last, along which it is pushed: a sheet as symmetric as
-//! its loads would stay, as no sheet does.
+//! Softest motion of the sheet at an unstable equilibrium, and the perturbation along it. Without a perturbation a
+//! sheet as symmetric as its loads would stay in equilibrium, unlike a real one.
 
 use std::time::Instant;
 
@@ -11,38 +11,39 @@ use crate::geometry::Vec3;
 use crate::solver::linear::pattern::Pattern;
 use crate::solver::sheet::rigid_motions::take_free_motions;
 
-/// Motions looked for at once, and how often they are made softer by the inverse of the matrix.
+/// Dimension of the subspace, and number of inverse iterations.
 const SUBSPACE_SIZE: usize = 4;
 const INVERSE_ITERATIONS: usize = 8;
 
-/// Power of ten of the stiffness that the matrix is tried to be made positive definite with first, over the mesh's.
+/// Initial exponent of ten of the shift that makes the matrix positive definite, over the stiffness of the mesh.
 const SHIFT_EXPONENT_MIN: i32 = -10;
 
-/// Right-hand sides over what would leave the motions as long as they were: solutions far larger than the sheet are not believed.
+/// Ratio of the right-hand sides to those that preserve the length of the motions. Solutions far larger than the
+/// sheet are rejected.
 const RHS_RATIO: f64 = 1e-6;
 
-/// Displacement of the node that moves most in the push, over the thickness.
+/// Largest nodal displacement of the perturbation over the thickness.
 const PUSH_DISPLACEMENT_REL: f64 = 0.01;
 
-/// Share of a motion that is not one of the sheet as a whole, at least (half a wave has 0.19).
+/// Minimum fraction of deformation in a motion that is not rigid (half a wave has 0.19).
 const BENDING_SHARE_MIN: f64 = 0.1;
 
-/// Components of the mode over the largest that are taken for as large.
+/// Ratio to the largest component of the mode above which components count as equal.
 const EQUAL_COMPONENT_RATIO: f64 = 0.999;
 
-/// A push along the motion in which a sheet gives way.
+/// Perturbation along the softest motion.
 #[derive(Debug, Clone)]
 pub(in crate::solver) struct Push {
-    /// Forces, three a node [N].
+    /// Forces, three for each node [N].
     pub(in crate::solver) forces: Vec<f64>,
-    /// Stiffness of every node's damper, in the mean, at which the motion would neither grow nor fall [N/mm].
+    /// Mean damper stiffness at which the motion neither grows nor decays [N/mm].
     pub(in crate::solver) stiffness: f64,
 }
 
 impl System {
-    /// A push along the motion that the balance where the sheet was last evaluated has least against, if it has less than
-    /// nothing against it: eigenvector of the projected tangent by inverse iteration, to the side on which the first of the nodes
-    /// that move most does so towards the sheet's top. The factors are those of a correction no more.
+    /// Perturbation along the softest motion at the last evaluated equilibrium, if its stiffness is negative. The
+    /// motion is the lowest eigenvector of the projected tangent, by inverse iteration. Its sign is such that the
+    /// first of the nodes with the largest displacement moves towards the top of the sheet. Overwrites the factors.
     pub(in crate::solver) fn push(&mut self) -> Option<Push> {
         if !self.body.is_symmetric() {
             return None;
@@ -54,7 +55,8 @@ impl System {
         (stiffness < 0.0 && !self.glides_along(&mode)).then(|| self.push_along(mode, -stiffness))
     }
 
-    /// Whether a motion is one of the sheet as a whole, along tools that do not hold it: it lies as on a ridge, and does not buckle.
+    /// Whether a motion is a rigid motion of the sheet along tools that do not hold it: the sheet may slide, but does
+    /// not buckle.
     fn glides_along(&self, mode: &[f64]) -> bool {
         if self.conditions.iter().any(|c| c.candidate.is_some() && c.stuck) {
             return false;
@@ -64,14 +66,14 @@ impl System {
         dot(&bends, &bends) < BENDING_SHARE_MIN * dot(mode, mode)
     }
 
-    /// The motion of unit length, nodes counted by their masses, that has the least stiffness [N/mm], and that.
+    /// Softest motion of unit length in the norm of the masses, with its stiffness [N/mm].
     fn softest_motion(&mut self) -> Option<(f64, Vec<f64>)> {
         self.soft_motions()?.into_iter().next()
     }
 
-    /// Whether all motions of negative stiffness are resisted by friction, or are rigid sliding of a sheet on which only tools act: it
-    /// slides through between them at no cost. Its negative stiffness comes of contact at nodes, which move along curved tools where
-    /// the point of contact stays. Changes the matrix.
+    /// Whether all motions of negative stiffness are resisted by friction, or are rigid sliding of a sheet loaded
+    /// only by tools, which costs nothing. The negative stiffness of sliding is due to contact at nodes, which move
+    /// along curved tools while the point of contact stays. Overwrites the matrix.
     pub(in crate::solver) fn tools_resist(&mut self) -> bool {
         if !self.conditions.iter().any(|c| c.candidate.is_some()) {
             return false;
@@ -87,7 +89,7 @@ impl System {
         })
     }
 
-    /// Nodes that slip, and the friction force on each [N].
+    /// Slipping nodes and the friction force on each [N].
     fn slipping(&self) -> Vec<(usize, Vec3)> {
         let slips = self.conditions.iter().filter(|c| c.candidate.is_some() && c.slipping);
         slips
@@ -99,7 +101,7 @@ impl System {
             .collect()
     }
 
-    /// The softest motions, the softest first, each of unit length, with their stiffnesses [N/mm].
+    /// Softest motions in ascending order, each of unit length, with their stiffnesses [N/mm].
     fn soft_motions(&mut self) -> Option<Vec<(f64, Vec<f64>)>> {
         self.project_tangent();
         let masses = shares(&self.body);
@@ -116,8 +118,8 @@ impl System {
         Some(found)
     }
 
-    /// Adds the masses to the matrix, times the least power of ten of a stiffness [N/mm] that makes it positive definite: the
-    /// softest of all motions is then the one that its inverse makes most of.
+    /// Adds the masses to the matrix, times the smallest power of ten of a stiffness [N/mm] for which it is positive
+    /// definite. Inverse iteration then converges to the softest motion.
     fn make_definite(&mut self, masses: &[f64]) -> Option<f64> {
         let mut shift = 0.0;
         for power in SHIFT_EXPONENT_MIN..=0 {
@@ -147,7 +149,7 @@ impl System {
         Push { forces: mode, stiffness }
     }
 
-    /// The way through the sheet at a node, from the bottom to the top [mm]; none where there are no columns.
+    /// Vector through the sheet at a node, from bottom to top [mm]; zero without columns.
     fn across(&self, node: usize) -> Vec3 {
         let levels = self.body.mesh().nodes_per_column.max(1);
         let bottom = node / levels * levels;
@@ -160,10 +162,10 @@ fn largest_of(mode: &[f64]) -> f64 {
     ways.map(|way| way.norm()).fold(f64::MIN_POSITIVE, f64::max)
 }
 
-/// What friction at nodes that slip takes of a motion of this size [N mm]. A motion against the slip turns the friction force t
-/// round: it does the work `2 t . u`, of first order, where the motion u sets `|k| / 2` of second order free. Both directions of a
-/// motion have to be resisted: the lesser work of the two. Compared at the amplitude of the push, a sheet that does not leave its
-/// equilibrium then does not buckle.
+/// Work of friction at slipping nodes in a motion of this size [N mm]. A motion against the slip reverses the
+/// friction force t and costs the first-order work `2 t . u`, while the motion u releases the second-order work
+/// `|k| / 2`. Both directions of the motion must be resisted, so the smaller work counts. It is compared at the
+/// amplitude of the perturbation: a sheet that does not leave its equilibrium then does not buckle.
 fn friction_work(slipping: &[(usize, Vec3)], mode: &[f64], size: f64) -> f64 {
     let work = |sign: f64| -> f64 {
         let of = |(node, friction): &(usize, Vec3)| {
@@ -175,7 +177,7 @@ fn friction_work(slipping: &[(usize, Vec3)], mode: &[f64], size: f64) -> f64 {
     work(1.0).min(work(-1.0))
 }
 
-/// Numbers between -1 and 1 without order, the same at every call: no motion is orthogonal to all of them.
+/// Deterministic pseudo-random numbers between -1 and 1, so that no motion is orthogonal to all start vectors.
 fn disorder(count: usize, seed: u64) -> Vec<f64> {
     let mut state = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mut next = || {
@@ -199,7 +201,7 @@ fn add(to: &mut [f64], factor: f64, what: &[f64]) {
     to.iter_mut().zip(what).for_each(|(to, x)| *to += factor * x);
 }
 
-/// Gram and Schmidt's, twice over, in the norm of the masses.
+/// Gram-Schmidt orthonormalisation in the norm of the masses, applied twice.
 fn orthonormalise(motions: &mut [Vec<f64>], masses: &[f64]) {
     for k in 0..motions.len() {
         let (before, rest) = motions.split_at_mut(k);
@@ -217,7 +219,7 @@ fn orthonormalise(motions: &mut [Vec<f64>], masses: &[f64]) {
     }
 }
 
-/// Stationary combinations of these motions and their stiffnesses, ascending; `None` where rounding leaves none.
+/// Ritz vectors in the span of the motions and their stiffnesses, ascending; `None` if rounding leaves none.
 fn eigenmotions(
     pattern: &Pattern,
     values: &[f64],

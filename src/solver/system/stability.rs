@@ -1,8 +1,10 @@
-//! Whether a balance lasts: its tangent, along the motions that keep nodes at their tools and overcome no friction, is
-//! positive definite. One that is not lies beyond a limit point or on the branch from which a buckle turns off: the slightest
-//! push takes the sheet away from it. A motion that friction resists at nodes that slip is no instability: a sheet that lies between
-//! its tools and may slide through them has next to no stiffness along itself, of either sign. Nor is it one where nothing resists it
-//! and nothing but tools acts on the sheet.
+//! Stability of an equilibrium: the tangent, projected on the motions that keep nodes at their tools and overcome no
+//! friction, must be positive definite.
+//!
+//! An unstable equilibrium lies beyond a limit point or on the primary branch beyond a bifurcation; the smallest
+//! perturbation moves the sheet away from it. Motions of negative stiffness are no instability if friction resists
+//! them at slipping nodes: a sheet between its tools that may slide has almost no stiffness along itself, of either
+//! sign. Neither is unresisted rigid sliding of a sheet loaded only by tools.
 
 use std::time::Instant;
 
@@ -13,10 +15,11 @@ use crate::geometry::Mat3;
 use crate::solver::contact::condition::{Condition, resistance};
 use crate::solver::linear::pattern::Pattern;
 
-/// Stiffness given to every unknown over the mesh's: rounding has motions that nothing resists look unstable.
+/// Stiffness added to every unknown over that of the mesh, so that rounding does not make free motions appear
+/// unstable.
 const STABILITY_SHIFT_REL: f64 = 1e-11;
 
-/// How a node may move, and what resists it besides the sheet.
+/// Admissible motion of a node, and the stiffness against it besides that of the sheet.
 struct Motion {
     node: usize,
     along: Mat3,
@@ -24,8 +27,8 @@ struct Motion {
 }
 
 impl System {
-    /// Whether the balance where the sheet was last evaluated lasts. Where the tangent is not symmetric it does not tell, and
-    /// the balance is taken to. The factors are those of a correction no more.
+    /// Whether the last evaluated equilibrium is stable. With an unsymmetric tangent this is unknown, and the
+    /// equilibrium is taken as stable. Overwrites the factors.
     pub(in crate::solver) fn lasts(&mut self) -> bool {
         if !self.body.is_symmetric() {
             return true;
@@ -37,7 +40,7 @@ impl System {
         lasts
     }
 
-    /// Makes the matrix the tangent along the motions that tools, supports and friction leave.
+    /// Sets the matrix to the tangent projected on the motions that tools, supports and friction permit.
     pub(in crate::solver) fn project_tangent(&mut self) {
         let motions = self.motions();
         let least = STABILITY_SHIFT_REL * self.scales.normal;
@@ -47,7 +50,7 @@ impl System {
         stiffen(self.body.pattern(), values, least);
     }
 
-    /// Motions of the nodes that are not free in all directions.
+    /// Admissible motions of the nodes that are not free in all directions.
     fn motions(&self) -> Vec<Motion> {
         let of = |c: &Condition| {
             let free = self.constraints.free_projector(c.node);
@@ -63,7 +66,7 @@ impl System {
         self.conditions.iter().map(of).collect()
     }
 
-    /// What resists the sliding of a node besides the sheet.
+    /// Stiffness against sliding of a node besides that of the sheet.
     fn resistance(&self, c: &Condition, free: &Mat3) -> Mat3 {
         let Some(k) = c.candidate else { return Mat3::zeros() };
         let candidate = &self.contact.candidates[k];
@@ -79,7 +82,7 @@ impl System {
     }
 }
 
-/// Leaves of the matrix what acts along the motions, and adds what else resists them.
+/// Projects the matrix on the admissible motions and adds the other stiffness against them.
 fn project(pattern: &Pattern, values: &mut [f64], motions: &[Motion]) {
     let mut of_node: Vec<Option<&Motion>> = vec![None; pattern.dim() / 3];
     motions.iter().for_each(|motion| of_node[motion.node] = Some(motion));
@@ -95,7 +98,7 @@ fn project(pattern: &Pattern, values: &mut [f64], motions: &[Motion]) {
     rows.for_each(|(node, rows)| project_rows(pattern, node, rows, &of_node));
 }
 
-/// The three rows of a node, block by block.
+/// Projects the three rows of a node, block by block.
 fn project_rows(pattern: &Pattern, node: usize, rows: &mut [f64], of_node: &[Option<&Motion>]) {
     let width = rows.len() / 3;
     let columns = &pattern.col_idx[pattern.row_ptr[3 * node]..][..width];

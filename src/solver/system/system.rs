@@ -1,4 +1,4 @@
-//! The whole system at one iterate: body, tools, contact and constraints, and its residual.
+//! The complete system at an iterate: body, tools, contact and constraints, and its residual.
 
 use std::time::Instant;
 
@@ -27,26 +27,26 @@ use crate::solver::tools::tool::Tool;
 
 /// State of the iteration.
 pub(in crate::solver) struct System {
-    /// Request to give up the increment under way.
+    /// Cancellation of the current increment.
     pub(in crate::solver) cancel: Cancel,
     pub(in crate::solver) body: Body,
     pub(in crate::solver) constraints: Constraints,
-    /// Where held components are held (three a node) [mm].
+    /// Prescribed positions of held components (three for each node) [mm].
     pub(in crate::solver) held_at: Vec<f64>,
     pub(in crate::solver) tools: Vec<Tool>,
     pub(in crate::solver) roles: Vec<Role>,
     pub(in crate::solver) stops: Vec<Stop>,
     pub(in crate::solver) contact: ContactSet,
-    /// Faces and features by which penetration between nodes is measured.
+    /// Faces and features for the measurement of penetration between nodes.
     pub(in crate::solver) penetration: Penetration,
     pub(in crate::solver) u: Vec<f64>,
-    /// Applied nodal forces (three a node) [N].
+    /// Applied nodal forces (three for each node) [N].
     pub(in crate::solver) applied: Vec<f64>,
     pub(in crate::solver) eval: Evaluation,
-    /// What acts on the sheet besides tools and supports, and what stabilises it.
+    /// Loads and stabilisation in addition to tools and supports.
     pub(in crate::solver) regime: Regime,
     pub(in crate::solver) conditions: Vec<Condition>,
-    /// Components that stand still in the next correction, as nothing holds the sheet ([`super::free_motions`]).
+    /// Components held in the next correction, since the sheet is unconstrained ([`super::free_motions`]).
     pub(in crate::solver) still: Vec<(usize, usize)>,
     pub(in crate::solver) scales: Scales,
     pub(in crate::solver) lengths: Lengths,
@@ -54,30 +54,30 @@ pub(in crate::solver) struct System {
     pub(in crate::solver) solver: CheckedSolver,
     pub(in crate::solver) node_rows: NodeRows,
     pub(in crate::solver) matrix: Matrix,
-    /// The factors are of a symmetric matrix.
+    /// The factors are those of a symmetric matrix.
     pub(in crate::solver) symmetric: bool,
 }
 
-/// Size of the residual.
+/// Norms of the residual.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::solver) struct Residual {
-    /// Norm of unbalanced forces [N].
+    /// Norm of residual forces [N].
     pub(in crate::solver) force: f64,
     /// Norm of contact forces and reactions [N].
     pub(in crate::solver) reference: f64,
-    /// Largest violation of gap and stick [mm].
+    /// Largest violation of gap and stick conditions [mm].
     pub(in crate::solver) length: f64,
-    /// Deepest node in a tool [mm].
+    /// Largest penetration of a node [mm].
     pub(in crate::solver) penetration: f64,
-    /// Node with the largest unbalanced force.
+    /// Node with the largest residual force.
     pub(in crate::solver) worst_node: usize,
     pub(in crate::solver) slipping: usize,
-    /// Touching nodes that stick, as the law without a transition has it.
+    /// Nodes in contact that stick according to the law without transition.
     pub(in crate::solver) stuck: usize,
 }
 
 impl Residual {
-    /// Adds lengths and friction state of a node; `gap`: that of the candidate it touches [mm].
+    /// Adds lengths and friction state of a node; `gap` is that of its candidate in contact [mm].
     fn add_contact(&mut self, condition: &Condition, gap: Option<f64>) {
         self.length = self.length.max(condition.length);
         if let Some(gap) = gap {
@@ -99,7 +99,7 @@ impl System {
         let contact = ContactSet::new(mesh, &tools);
         let mut solver = CheckedSolver::new(body.pattern(), body.mesh().groups())?;
         let lengths = edge_lengths(body.mesh());
-        solver.plausible = lengths.size;
+        solver.max_plausible_entry = lengths.size;
         let penetration = Penetration::of(body.mesh(), &tools, lengths.longest_edge);
         let not_of_nodes = || LinearError::Pattern("its rows are not those of nodes".into());
         Ok(Self {
@@ -137,26 +137,26 @@ impl System {
         Vec3::from_column_slice(&self.u[3 * node..3 * node + 3])
     }
 
-    /// Nodes that share an element with `node`, itself included.
+    /// Nodes that share an element with `node`, including itself.
     pub(in crate::solver) fn neighbours(&self, node: usize) -> impl Iterator<Item = usize> {
         let pattern = self.body.pattern();
         let row = pattern.row_ptr[3 * node]..pattern.row_ptr[3 * node + 1];
         pattern.col_idx[row].iter().step_by(3).map(|column| column / 3)
     }
 
-    /// Present position of a node.
+    /// Current position of a node.
     pub(in crate::solver) fn position(&self, node: usize) -> Vec3 {
         self.body.mesh().nodes[node] + self.displacement(node)
     }
 
-    /// Element loop at the present displacements, and the damper if there is one.
+    /// Evaluates the elements, and the dampers if there are any, at the current displacements.
     pub(in crate::solver) fn evaluate(&mut self, want: Want) -> Result<(), ElementFailure> {
         let start = Instant::now();
         let done = self.body.evaluate(&self.u, want, &mut self.eval);
         self.finish(want, start, done)
     }
 
-    /// The same with the law linear about what is foreseen, and its tangent.
+    /// As [`Self::evaluate`] for the law linearised at the predicted strains, with its tangent.
     pub(in crate::solver) fn evaluate_foreseen(
         &mut self,
         foresight: Foresight,
@@ -166,14 +166,14 @@ impl System {
         self.finish(Want::ResidualAndTangent, start, done)
     }
 
-    /// The same with the tangent of points at their yield surface that flow.
+    /// As [`Self::evaluate`] with the plastic tangent at all points on the yield surface.
     pub(in crate::solver) fn evaluate_at_yield(&mut self) -> Result<(), ElementFailure> {
         let start = Instant::now();
         let done = self.body.evaluate_at_yield(&self.u, &mut self.eval);
         self.finish(Want::ResidualAndTangent, start, done)
     }
 
-    /// Adds the damper, if there is one, to what the elements answered since `start`.
+    /// Adds the dampers, if there are any, to the element forces evaluated since `start`.
     fn finish(
         &mut self,
         want: Want,
@@ -194,9 +194,9 @@ impl System {
         (0..self.node_count()).map(|node| self.position(node)).collect()
     }
 
-    /// Scales the conditions by the tangent of the undeformed sheet, by the largest and the smallest stiffness that its nodes
-    /// have along any direction, so that the axes of the model do not matter; `stiffness` of the springs between nodes and tools
-    /// is over the mesh's, if there are any.
+    /// Sets the scales of the conditions from the tangent of the undeformed sheet. They are means of the largest and
+    /// the smallest stiffness of a node over all directions, so that they do not depend on the axes. `stiffness` is
+    /// that of contact springs over that of the mesh, if there are any.
     pub(in crate::solver) fn set_scales(&mut self, stiffness: Option<f64>) {
         let (mut most, mut least) = (0.0, 0.0);
         let count = self.node_count().max(1) as f64;
@@ -214,7 +214,7 @@ impl System {
         };
     }
 
-    /// Stiffness that a node has while all others stand still, the symmetric part of its block of the tangent [N/mm].
+    /// Stiffness of a node with all others fixed: symmetric part of its diagonal block of the tangent [N/mm].
     fn stiffness_of(&self, node: usize) -> Mat3 {
         let pattern = self.body.pattern();
         let block = Mat3::from_fn(|i, j| {
@@ -224,8 +224,8 @@ impl System {
         0.5 * (block + block.transpose())
     }
 
-    /// Moves the springs between nodes and tools to the present forces where a gap is larger than `allowed` [mm]; true
-    /// when it did.
+    /// Sets the multipliers of the augmented Lagrangian method to the current forces if a gap exceeds `allowed` [mm];
+    /// returns whether it did.
     pub(in crate::solver) fn augment(&mut self, allowed: f64) -> bool {
         if self.contact.active().all(|(_, c)| c.foot.gap.abs() <= allowed) {
             return false;
@@ -236,8 +236,8 @@ impl System {
         true
     }
 
-    /// Conditions of all nodes that are held or touch, and the size of the residual. Touching nodes that no
-    /// tool can push any more are let go.
+    /// Conditions of all nodes that are held or in contact, and the norm of the residual. Nodes in contact that no
+    /// tool can push separate.
     pub(in crate::solver) fn assemble(&mut self) -> Residual {
         let start = Instant::now();
         let touching = self.touching_conditions();
@@ -275,7 +275,7 @@ impl System {
         residual
     }
 
-    /// Adds what the tools lack: nodes that a second one holds nothing off, and the way to a stop that one rests on.
+    /// Adds violations of the tools: penetration of nodes in contact with another tool, and the travel to a stop.
     fn look_at_tools(&self, residual: &mut Residual) {
         let busy = (0..self.contact.candidates.len()).filter(|&k| self.is_beyond_a_second_tool(k));
         let depth = busy.map(|k| -self.contact.candidates[k].foot.gap);
@@ -284,14 +284,15 @@ impl System {
         residual.length = stops.fold(residual.length, |length, off| length.max(off.abs()));
     }
 
-    /// Whether a candidate's node, which touches another tool, lies inside this one: a node is held off one tool at a time.
+    /// Whether the node of a candidate, in contact with another tool, penetrates this one. Each node has at most one
+    /// contact pair.
     fn is_beyond_a_second_tool(&self, k: usize) -> bool {
         let c = &self.contact.candidates[k];
         let present = self.roles[c.tool] != Role::Absent;
         !c.active && present && c.foot.gap < 0.0 && !c.foot.past_border && self.can_touch(k)
     }
 
-    /// Adds the held components of a node to its condition, and those that stand still.
+    /// Adds held components of a node, and those held in the correction, to its condition.
     fn support(&self, condition: &mut Condition, free: &Mat3) {
         let node = condition.node;
         let held = Vec3::from_column_slice(&self.held_at[3 * node..3 * node + 3]);
@@ -301,13 +302,13 @@ impl System {
         }
     }
 
-    /// Square of what the tools moved by force lack of it.
+    /// Squared difference between prescribed and actual forces of tools driven by force.
     fn unbalanced_tools(&self) -> f64 {
         let off = |tool: usize| Some(self.push_of(tool) - self.wanted(tool)?);
         (0..self.tools.len()).filter_map(off).map(|off| off * off).sum()
     }
 
-    /// Force out of balance at every node [N]: equilibrium, or Coulomb's law where a tool or a support takes the rest.
+    /// Residual force at every node [N]: of equilibrium, or of Coulomb's law if a tool or a support carries the rest.
     pub(in crate::solver) fn unbalanced(&self) -> impl Iterator<Item = Vec3> {
         let mut conditions = self.conditions.iter().peekable();
         (0..self.node_count()).map(move |node| {
@@ -315,7 +316,7 @@ impl System {
         })
     }
 
-    /// Lets every touching candidate remember whether it slides; once an iterate.
+    /// Stores the sliding state of every candidate in contact; once per iterate.
     pub(in crate::solver) fn remember_sliding(&mut self) {
         for c in &self.conditions {
             if let Some(k) = c.candidate {
@@ -324,7 +325,7 @@ impl System {
         }
     }
 
-    /// The condition of every node that touches and that a tool can push.
+    /// Conditions of all nodes in contact that a tool can push.
     fn touching_conditions(&self) -> Vec<Option<Condition>> {
         let mut by_node: Vec<Option<usize>> = vec![None; self.node_count()];
         for (k, c) in self.contact.active() {
@@ -335,7 +336,7 @@ impl System {
         nodes.map(|(node, k)| self.touching(node, (*k)?, idle)).collect()
     }
 
-    /// The condition that candidate `k` of a node puts in the place of its equilibrium; `idle`: no tool pushes the sheet.
+    /// Condition that candidate `k` imposes on its node in place of equilibrium; `idle`: no tool pushes the sheet.
     fn touching(&self, node: usize, k: usize, idle: bool) -> Option<Condition> {
         let (r, free) = (&self.force_at(node), &self.constraints.free_projector(node));
         let c = &self.contact.candidates[k];
@@ -347,13 +348,13 @@ impl System {
         Some(out)
     }
 
-    /// The law of friction on a tool.
+    /// Friction law of a tool.
     pub(in crate::solver) fn law(&self, tool: usize) -> Coulomb {
         let mu = if self.has_friction(tool) { self.tools[tool].setup.friction } else { 0.0 };
         Coulomb { mu, transition: self.lengths.transition }
     }
 
-    /// True when some tool could push this candidate.
+    /// Whether contact of this candidate is admissible.
     pub(in crate::solver) fn can_touch(&self, k: usize) -> bool {
         let c = &self.contact.candidates[k];
         self.roles[c.tool] != Role::Absent && can_touch(c, &self.constraints.free_projector(c.node))

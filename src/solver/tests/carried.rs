@@ -1,4 +1,4 @@
-//! A sheet that nothing holds and nothing pushes, between tools that move it, and one that is pushed without friction.
+//! Unconstrained sheets moved by tools, and a sheet pushed without friction.
 
 use super::{body, setup, stage, steel, tool};
 use crate::contact::test_tools::{Builder, Piece, arc, line};
@@ -10,7 +10,7 @@ use crate::solver::{
 };
 use crate::tool::ToolModel;
 
-/// What a run has come to: the largest force of each tool [N], displacements [mm], the run's summary.
+/// Final state of a run: largest force of each tool [N], displacements [mm], summary.
 struct End {
     forces: Vec<f64>,
     moved: Vec<Vec3>,
@@ -29,7 +29,7 @@ fn run(setup: SimulationSetup) -> End {
     End { forces, moved, summary }
 }
 
-/// A profile in the x-z plane, drawn out along y far beyond the sheets.
+/// A profile in the x-z plane, extruded along y far beyond the sheets.
 pub(super) fn along_y(name: &str, profile: &[Piece]) -> ToolModel {
     let pieces = profile.iter().fold(Builder::new(name), |builder, piece| {
         builder.grid(piece.cells, 1, |t, v| {
@@ -49,8 +49,8 @@ fn rod(name: &str, [x, z]: [f64; 2], r: f64, down: bool, mu: f64) -> ToolSetup {
     tool(name, model, direction, side, mu)
 }
 
-/// A strip of 60 x 4 x 1 mm on a table with a round edge at x = 20, and a rod that comes down on its overhang: it turns about
-/// the edge, glides, and nothing resists.
+/// A strip of 60 x 4 x 1 mm on a table with a round edge at x = 20, and a rod that moves down on its overhang: it
+/// rotates about the edge and slides without resistance.
 fn tipped(mu: f64) -> (End, Vec<Vec3>) {
     let mesh = rectangle(60.0, 4.0, 1.0, 30, 1, 1);
     let nodes = mesh.nodes.clone();
@@ -64,7 +64,7 @@ fn tipped(mu: f64) -> (End, Vec<Vec3>) {
     (run(setup(body(mesh, steel()), nothing, vec![table, down], stages)), nodes)
 }
 
-/// Its matrix was singular and rounding took it 20 mm to the side, out of its tools' way.
+/// The matrix is singular; rounding must not move the strip out of the path of its tools.
 #[test]
 fn a_strip_tips_over_an_edge_without_a_force() {
     for mu in [0.0, 0.1] {
@@ -83,8 +83,8 @@ fn a_strip_tips_over_an_edge_without_a_force() {
     }
 }
 
-/// A strip of 60 x 5 x 1 mm on two rods 44 mm apart and a third in the middle above it, which goes down by `depth` and then up.
-/// `held`: in its middle along it, and across.
+/// A strip of 60 x 5 x 1 mm on two rods 44 mm apart and a third above its middle, which moves down by `depth` and
+/// then up. `held`: constrained at its middle along and across.
 fn bent(mu: f64, held: bool, depth: f64, up: bool) -> End {
     let mesh = rectangle(60.0, 5.0, 1.0, 30, 2, 1);
     let mut constraints = Constraints::none(mesh.nodes.len());
@@ -102,7 +102,7 @@ fn bent(mu: f64, held: bool, depth: f64, up: bool) -> End {
     run(setup(body(mesh, steel()), constraints, tools, stages))
 }
 
-/// Rods that bulge push a sheet without friction off to the side wherever it does not lie just so: it flew off.
+/// Convex rods push a sheet without friction to the side unless it is exactly symmetric.
 #[test]
 fn a_strip_bent_without_friction_stays_between_its_rods() {
     let (held, free) = (bent(0.0, true, 2.0, false), bent(0.0, false, 2.0, false));
@@ -110,13 +110,13 @@ fn a_strip_bent_without_friction_stays_between_its_rods() {
     assert!(held.forces[2] > 50.0 && free.forces[2] > 50.0);
     assert!((held.forces[2] / free.forces[2] - 1.0).abs() < 1e-6);
     assert!(apart.fold(0.0, f64::max) < 1e-6);
-    // Its nodes lie there as on a ridge; the sheet does not, as it slides through at no cost.
+    // Its nodes are in an unstable position; the sheet is not, as it slides through at no cost.
     assert!(free.summary.unstable == 0 && free.summary.snaps == 0, "{:?}", free.summary);
 }
 
-/// It rose 20 mm with the punch, to which it clung by forces of rounding.
+/// The sheet must not adhere to the punch by forces at the level of rounding.
 #[test]
-fn a_punch_that_goes_back_leaves_the_sheet() {
+fn a_retracted_punch_separates_from_the_sheet() {
     for (mu, held) in [(0.0, false), (0.1, false), (0.0, true), (0.1, true)] {
         let end = bent(mu, held, 1.0, true);
         let farthest = end.moved.iter().map(Vec3::norm).fold(0.0, f64::max);
@@ -124,8 +124,8 @@ fn a_punch_that_goes_back_leaves_the_sheet() {
     }
 }
 
-/// A strip of 30 x 1 x 1 mm between the halves of a joggle of 2 mm, held across only, which begin to close with friction: the
-/// whole model moved by `shift` [mm]. The force at the end [N], and how far the strip has gone along itself [mm].
+/// A strip of 30 x 1 x 1 mm between the halves of a joggle of 2 mm, constrained only across, which close with
+/// friction; the model is shifted by `shift` [mm]. Final force [N], and displacement of the strip along itself [mm].
 fn joggled(shift: [f64; 2], largest_step: f64) -> (f64, f64) {
     let (dip, slope) = (2.0, 0.75_f64.acos());
     let run_out = 8.0 * slope.sin();
@@ -166,9 +166,9 @@ fn joggled(shift: [f64; 2], largest_step: f64) -> (f64, f64) {
     (end.forces[1], end.moved.iter().map(|u| u.x).sum::<f64>() / end.moved.len() as f64)
 }
 
-/// Between them it first turns and glides without a force, then it is bent: the same to the last digits.
+/// It first rotates and slides without a force, then it is bent: results agree to the last digits.
 #[test]
-fn a_loose_strip_takes_the_same_way_wherever_the_origin_is() {
+fn the_path_of_an_unconstrained_strip_does_not_depend_on_the_origin() {
     let (force, along) = joggled([0.0, 0.0], 1.0);
     assert!(force > 10.0, "{force}");
     for shift in [[10.0, 0.0], [100.0, 0.0], [0.0, 50.0], [7.0, 3.0]] {
@@ -178,10 +178,10 @@ fn a_loose_strip_takes_the_same_way_wherever_the_origin_is() {
     }
 }
 
-/// Where the halves leave it no way to glide on it is held by friction, or bent: how far it has come by then differs with the
-/// steps by hundredths of a millimetre, and what bends it by a hundredth.
+/// When the halves prevent sliding, the strip is held by friction or bent. Its displacement by then varies with the
+/// step size by hundredths of a millimetre, and the force by one hundredth.
 #[test]
-fn a_loose_strip_takes_much_the_same_way_in_long_steps_and_short() {
+fn the_path_of_an_unconstrained_strip_hardly_depends_on_the_step() {
     let (force, along) = joggled([0.0, 0.0], 1.0);
     for step in [0.05, 0.02] {
         let (other, aside) = joggled([0.0, 0.0], step);

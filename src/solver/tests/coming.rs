@@ -1,4 +1,4 @@
-//! Tools that come to the sheet in one step from afar, by travel or by force, and tools that stand clear of it.
+//! Tools that approach from a distance in one step, by travel or by force, and tools clear of the sheet.
 
 use super::{body, setup, stage, steel, tool};
 use crate::contact::test_tools::{Builder, plane};
@@ -9,7 +9,7 @@ use crate::solver::{
     Simulation, SimulationError, SimulationSetup, Stage, ToolSetup,
 };
 
-/// How far above the sheet the plate begins [mm]: some elements.
+/// Initial height of the plate above the sheet [mm]: some element lengths.
 const AWAY: f64 = 9.0;
 
 fn plate(name: &str, z: f64, up: bool, mu: f64) -> ToolSetup {
@@ -18,7 +18,7 @@ fn plate(name: &str, z: f64, up: bool, mu: f64) -> ToolSetup {
     tool(name, model, along, if up { SheetSide::Bottom } else { SheetSide::Top }, mu)
 }
 
-/// A strip of 20 x 2 x 1 mm held at one end, and a plate above its other end that moves as `motion` says.
+/// A strip of 20 x 2 x 1 mm clamped at one end, and a plate above its other end with the given `motion`.
 fn cantilever(motion: Motion, first_step: f64) -> SimulationSetup {
     let mesh = rectangle(20.0, 2.0, 1.0, 10, 1, 1);
     let mut held = Constraints::none(mesh.nodes.len());
@@ -31,7 +31,7 @@ fn cantilever(motion: Motion, first_step: f64) -> SimulationSetup {
     setup(body(mesh, steel()), held, tools, vec![stage("push", vec![motion], first_step)])
 }
 
-/// Travel and force of the plate at the end, and increments.
+/// Final travel and force of the plate, and the number of increments.
 fn end(setup: SimulationSetup) -> ([f64; 2], usize) {
     let mut last = [0.0; 2];
     let mut see = |r: &IncrementReport<'_>| {
@@ -42,9 +42,9 @@ fn end(setup: SimulationSetup) -> ([f64; 2], usize) {
     (last, summary.increments)
 }
 
-/// Elements are 2 mm long; the plate comes 9 mm through the air and goes 6 mm on.
+/// Elements are 2 mm long; the plate moves 9 mm to the sheet and 6 mm further.
 #[test]
-fn a_tool_that_comes_in_one_step_meets_the_sheet() {
+fn a_tool_that_approaches_in_one_step_meets_the_sheet() {
     let down = || Motion::Travel(Curve::to(AWAY + 6.0));
     let (slow, _) = end(cantilever(down(), 0.02));
     let (fast, _) = end(cantilever(down(), 1.0));
@@ -52,10 +52,10 @@ fn a_tool_that_comes_in_one_step_meets_the_sheet() {
     assert!((fast[1] / slow[1] - 1.0).abs() < 1e-6, "{fast:?} {slow:?}");
 }
 
-/// Both faces of a slab 3 mm thick, which a step of 15 mm takes clean through the sheet: a balance without a force, on the
-/// wrong side.
+/// Both faces of a slab 3 mm thick. A step of 15 mm would move it through the sheet to an equilibrium without force
+/// on the wrong side.
 #[test]
-fn a_slab_is_not_taken_through_the_sheet_in_one_step() {
+fn a_slab_does_not_cross_the_sheet_in_one_step() {
     let mut setup = cantilever(Motion::Travel(Curve::to(AWAY + 6.0)), 1.0);
     let at = |z: f64| move |u: f64, v: f64| Vec3::new(17.0 + 30.0 * u, 60.0 * v - 20.0, z);
     let (front, back) = (at(1.0 + AWAY), at(4.0 + AWAY));
@@ -67,13 +67,13 @@ fn a_slab_is_not_taken_through_the_sheet_in_one_step() {
 }
 
 #[test]
-fn a_tool_moved_by_force_comes_from_afar() {
+fn a_tool_driven_by_force_approaches_from_a_distance() {
     let (found, _) = end(cantilever(Motion::Force(Curve::to(10.0)), 0.25));
     assert!((found[1] - 10.0).abs() < 1e-6 && found[0] > AWAY + 0.1, "{found:?}");
 }
 
 #[test]
-fn a_tool_moved_by_force_past_the_sheet_says_so() {
+fn a_tool_driven_by_force_past_the_sheet_is_an_error() {
     let mut setup = cantilever(Motion::Force(Curve::to(10.0)), 0.25);
     setup.tools[0].offset = Vec3::new(0.0, 500.0, 0.0);
     let error = Simulation::new(setup).unwrap().run(&mut |_| Control::Continue).unwrap_err();
@@ -81,9 +81,9 @@ fn a_tool_moved_by_force_past_the_sheet_says_so() {
     assert!(said.contains("nothing to push against") && said.contains("`plate`"), "{said}");
 }
 
-/// A free sheet pressed between two plates with `mu`; the upper one goes back up, the lower one is let go while the upper one
-/// stays where it is; `loads` then.
-fn let_go(loads: Vec<f64>) -> (Result<(), SimulationError>, Vec<(bool, f64)>) {
+/// A free sheet pressed between two plates with `mu`. The upper one is retracted, then the lower one is released
+/// while the upper one stays; then `loads` act.
+fn release(loads: Vec<f64>) -> (Result<(), SimulationError>, Vec<(bool, f64)>) {
     let mesh = rectangle(20.0, 2.0, 1.0, 10, 1, 1);
     let held = Constraints::none(mesh.nodes.len());
     let tools = vec![plate("below", 0.0, true, 0.2), plate("above", 1.0, false, 0.2)];
@@ -109,8 +109,8 @@ fn let_go(loads: Vec<f64>) -> (Result<(), SimulationError>, Vec<(bool, f64)>) {
 }
 
 #[test]
-fn a_tool_that_stands_clear_does_not_hold_a_sheet_that_is_let_go() {
-    let (done, seen) = let_go(Vec::new());
+fn a_tool_clear_of_a_released_sheet_does_not_hold_it() {
+    let (done, seen) = release(Vec::new());
     done.unwrap();
     let last = seen.last().unwrap();
     assert!(last.0 && last.1 < 0.01, "{seen:?}");
@@ -118,21 +118,21 @@ fn a_tool_that_stands_clear_does_not_hold_a_sheet_that_is_let_go() {
 }
 
 #[test]
-fn loads_on_a_sheet_that_nothing_holds_must_balance() {
+fn loads_on_an_unconstrained_sheet_must_be_self_equilibrated() {
     let nodes = rectangle(20.0, 2.0, 1.0, 10, 1, 1).nodes;
     let at = |x: f64, force: f64| -> Vec<f64> {
         let on = |n: &Vec3| if (n.x - x).abs() < 1e-9 { force } else { 0.0 };
         nodes.iter().flat_map(|n| [on(n), 0.0, 0.0]).collect()
     };
     let stretch: Vec<f64> = at(0.0, -5.0).iter().zip(at(20.0, 5.0)).map(|(a, b)| a + b).collect();
-    let_go(stretch).0.unwrap();
-    let error = let_go(at(20.0, 5.0)).0.unwrap_err();
+    release(stretch).0.unwrap();
+    let error = release(at(20.0, 5.0)).0.unwrap_err();
     assert!(matches!(error, SimulationError::NothingHolds { share, .. } if share > 0.9), "{error}");
 }
 
-/// A free sheet is pressed between plates, the upper one goes up; then the lower one is let go while the upper one goes on as
-/// `motion` says: where the sheet lies at the end, and whether nothing held it in that stage.
-fn let_go_while(motion: Motion) -> (Vec3, bool) {
+/// A free sheet is pressed between plates and the upper one retracted; then the lower one is released while the upper
+/// one moves by `motion`. Final position of the sheet, and whether it was unconstrained in that stage.
+fn release_while(motion: Motion) -> (Vec3, bool) {
     let mesh = rectangle(20.0, 2.0, 1.0, 10, 1, 1);
     let held = Constraints::none(mesh.nodes.len());
     let tools = vec![plate("below", 0.0, true, 0.2), plate("above", 1.0, false, 0.2)];
@@ -156,25 +156,25 @@ fn let_go_while(motion: Motion) -> (Vec3, bool) {
     (moved, free)
 }
 
-/// The matrix of a sheet that nothing holds is singular: it flew metres, as a tool that moved away passed for its support.
+/// The matrix of an unconstrained sheet is singular: a retracting tool must not count as its support.
 #[test]
-fn a_tool_that_goes_away_does_not_hold_a_sheet_that_is_let_go() {
+fn a_retracting_tool_does_not_hold_a_released_sheet() {
     let away = Motion::Travel(Curve::to(-20.0));
     let slack = Motion::Spring { force: Curve::to(-30.0), stiffness: 5.0 };
     for motion in [away, Motion::Advance(Curve::to(-0.001)), slack] {
-        let (moved, free) = let_go_while(motion.clone());
+        let (moved, free) = release_while(motion.clone());
         assert!(free && moved.norm() < 0.01, "{motion:?}: {moved}");
     }
 }
 
 #[test]
-fn a_tool_that_comes_to_a_sheet_that_is_let_go_takes_it_along() {
-    let (moved, free) = let_go_while(Motion::Travel(Curve::to(2.0)));
+fn an_approaching_tool_carries_a_released_sheet() {
+    let (moved, free) = release_while(Motion::Travel(Curve::to(2.0)));
     assert!(!free && (moved - Vec3::new(0.0, 0.0, -2.0)).norm() < 0.02, "{moved}");
 }
 
-/// A block of 10 mm lies held under a face 4.4 mm above it, from whose end at `wall` [mm] a wall comes down: `motion` brings the
-/// face onto the block with friction. Its force, and the share of its work that the balance of energy lacks.
+/// A block of 10 mm is held under a face 4.4 mm above it, with a wall that descends from its end at `wall` [mm];
+/// `motion` moves the face onto the block with friction. Force, and the relative energy error.
 fn under_a_cap(wall: f64, motion: Motion, first_step: f64) -> Result<[f64; 2], SimulationError> {
     let mesh = rectangle(10.0, 2.0, 1.0, 10, 2, 1);
     let mut held = Constraints::none(mesh.nodes.len());
@@ -198,27 +198,27 @@ fn under_a_cap(wall: f64, motion: Motion, first_step: f64) -> Result<[f64; 2], S
     Ok(found)
 }
 
-/// Slip was measured from the wall, which was nearer to where the nodes had been than the face they came to.
+/// The slip must not be measured from the wall, which was closer to the initial position of the nodes than the face.
 #[test]
-fn friction_of_nodes_that_come_from_afar_is_of_their_own_way() {
+fn friction_after_an_approach_uses_the_slip_on_the_contacted_face() {
     let down = || Motion::Travel(Curve::to(4.41));
     let [slow, _] = under_a_cap(13.0, down(), 0.02).unwrap();
     let [fast, lacks] = under_a_cap(13.0, down(), 1.0).unwrap();
     assert!((fast / slow - 1.0).abs() < 0.01 && lacks.abs() < 1e-3, "{fast} {slow} {lacks}");
 }
 
-/// A wall beside the sheet is nearer than the face ahead, and pushes nothing.
+/// A wall beside the sheet is closer than the face ahead, but exerts no force.
 #[test]
-fn a_force_brings_a_face_past_the_walls_beside_it() {
+fn a_force_moves_a_face_past_the_walls_beside_it() {
     for wall in [13.0, 10.4, 10.05] {
         let [force, _] = under_a_cap(wall, Motion::Force(Curve::to(20.0)), 0.5).unwrap();
         assert!((force - 20.0).abs() < 1e-6, "{force} with a wall at {wall}");
     }
 }
 
-/// Nodes on springs lie within the tool, and a chord of their way goes through it: neither was gone through.
+/// Nodes on springs lie inside the tool, and a chord of their path crosses it: neither is a crossing.
 #[test]
-fn a_tool_that_is_drawn_back_in_one_step_has_gone_through_nothing() {
+fn a_tool_retracted_in_one_step_is_no_crossing() {
     let stages = |first| {
         let to = |to: f64| vec![Motion::Travel(Curve::to(to))];
         vec![stage("push", to(AWAY + 0.3), 1.0), stage("back", to(0.0), first)]
@@ -235,7 +235,7 @@ fn a_tool_that_is_drawn_back_in_one_step_has_gone_through_nothing() {
     assert!(summary.cuts == 0 && last == 0.0, "{summary:?} {last}");
 }
 
-/// The lower borders of the walls around the sheet are nearer than the face.
+/// The lower borders of the walls around the sheet are closer than the face.
 #[test]
 fn a_tool_whose_walls_surround_the_sheet_is_placed_on_its_face() {
     let mesh = rectangle(10.0, 10.0, 1.0, 10, 10, 1);
@@ -266,9 +266,9 @@ fn a_tool_whose_walls_surround_the_sheet_is_placed_on_its_face() {
     }
 }
 
-/// A rod thinner than a step, closed all round: nodes inside were held off its back.
+/// A closed rod thinner than a step: nodes inside would be projected onto its back.
 #[test]
-fn a_rod_is_not_taken_to_the_far_side_of_nodes() {
+fn a_rod_does_not_cross_nodes() {
     let rod = |u: f64, v: f64| {
         let (sin, cos) = (std::f64::consts::TAU * u).sin_cos();
         let normal = Vec3::new(sin, 0.0, -cos);
@@ -285,10 +285,11 @@ fn a_rod_is_not_taken_to_the_far_side_of_nodes() {
     assert!(slow > 10.0 && (fast / slow - 1.0).abs() < 1e-3, "{slow} {fast}");
 }
 
-/// A half-round pin whose back is open, in steps longer than it is deep: a node inside has nothing of it nearer than its border.
+/// A half-round pin with an open back, in steps longer than its depth: the closest point of a node inside is on its
+/// border.
 #[test]
-fn a_pin_with_an_open_back_is_not_taken_through_the_sheet() {
-    // In elements that are longer than a step.
+fn a_pin_with_an_open_back_does_not_cross_the_sheet() {
+    // In elements longer than a step.
     let mut pushed = cantilever(Motion::Travel(Curve::to(6.0)), 0.6);
     let mesh = rectangle(20.0, 5.0, 1.0, 10, 1, 1);
     let mut held = Constraints::none(mesh.nodes.len());

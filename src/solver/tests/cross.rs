@@ -1,4 +1,4 @@
-//! The quarter cross tool, coarse: the demo's process on hand-made tools.
+//! Quarter of the cross tool, coarse mesh: the process of the demo with analytic tools.
 
 use std::sync::Arc;
 
@@ -52,7 +52,7 @@ fn setup(n: usize, depth: f64) -> SimulationSetup {
 }
 
 #[test]
-fn the_cross_tool_begins_to_draw() {
+fn the_cross_tool_starts_to_draw() {
     let n = 10;
     let depth = 0.5;
     let mut sim = Simulation::new(setup(n, depth)).unwrap();

@@ -1,4 +1,4 @@
-//! A round cup, quarter model: clamped by force, drawn with friction, released.
+//! Round cup, quarter model: clamped by force, drawn with friction, released.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -27,7 +27,7 @@ pub(super) struct Case {
     release: bool,
     /// Transition from stick to slip in lengths of an edge.
     transition: f64,
-    /// Length of the steps of the draw, over the usual one.
+    /// Step of the draw over the usual one.
     steps: f64,
 }
 
@@ -92,7 +92,7 @@ fn stages(case: &Case) -> Vec<Stage> {
     out
 }
 
-/// What a run leaves behind.
+/// Results of a run.
 struct Outcome {
     sim: Simulation,
     iterations: Vec<usize>,
@@ -112,7 +112,7 @@ fn run(case: &Case) -> Outcome {
     Outcome { sim, iterations, histories }
 }
 
-/// Tools and sheet are in balance, and energy is neither made nor lost.
+/// Checks equilibrium of tools and sheet, and the energy balance.
 fn check_balance(r: &IncrementReport<'_>) {
     let forces: Vec<Vec3> = r.tools.iter().map(|t| Vec3::from(t.force_vector)).collect();
     let largest = forces.iter().map(|f| f.z.abs()).fold(0.0, f64::max);
@@ -120,14 +120,14 @@ fn check_balance(r: &IncrementReport<'_>) {
     assert!(sum.abs() <= 1e-8 * largest, "{sum} of {largest} in increment {}", r.increment);
     let nodal: f64 = r.contact_forces.chunks_exact(3).map(|f| f[2]).sum();
     assert!((nodal - sum).abs() <= 1e-8 * largest);
-    // The work integrals are trapezoidal: of the elements' they are good to a few per cent at this step size.
+    // The work integrals are trapezoidal: that of the element forces is accurate to a few per cent at this step size.
     let e = &r.energies;
     assert!((e.external - e.internal - e.friction).abs() <= 2e-6 * e.external.abs(), "{e:?}");
     assert!((e.internal - e.elastic - e.plastic).abs() <= 0.03 * e.internal.abs(), "{e:?}");
 }
 
 #[test]
-fn a_drawn_cup_is_in_balance_and_penetrates_nothing() {
+fn a_drawn_cup_is_in_equilibrium_without_penetration() {
     let Outcome { mut sim, iterations, histories } = run(&QUICK);
     assert!(iterations.iter().sum::<usize>() <= 12 * iterations.len(), "{iterations:?}");
     sim.sys.search();
@@ -140,14 +140,14 @@ fn a_drawn_cup_is_in_balance_and_penetrates_nothing() {
         .map(|c| c.foot.gap)
         .fold(f64::INFINITY, f64::min);
     assert!(deepest >= -1e-9, "{deepest}");
-    // Stick and slip apart: a node that turns from one to the other at the end costs an order.
+    // Separate stick and slip: a node that changes its state at the end reduces the order.
     let exact = orders(&histories);
     assert!(exact[exact.len() / 2] > 1.6 && exact[exact.len() * 3 / 4] > 1.8, "{exact:?}");
 }
 
-/// What of the work of tools, elements and friction stays open is an error of the trapezoidal rule.
+/// The energy error of tools, elements and friction is that of the trapezoidal rule.
 #[test]
-fn energy_closes_better_in_shorter_steps() {
+fn the_energy_error_decreases_with_the_step() {
     let open = |steps: f64| {
         let case = Case { transition: 1e-4, depth: 2.0, steps, ..QUICK };
         let e = run(&case).sim.energies;
@@ -159,14 +159,15 @@ fn energy_closes_better_in_shorter_steps() {
 
 #[test]
 fn a_frictional_draw_converges_quadratically() {
-    // Deep enough for increments that do not converge too fast to show their order, and several runs for enough of them.
+    // Deep enough for increments that do not converge too fast to show their order, and several runs for a sufficient
+    // number.
     let of = |steps| run(&Case { transition: 1e-5, depth: 2.0, steps, ..QUICK }).histories;
     let histories: Vec<_> = [1.0, 0.7, 0.5, 0.3].into_iter().flat_map(of).collect();
     let orders = orders(&histories);
     assert!(orders[orders.len() / 2] > 1.8, "{orders:?}");
 }
 
-/// Orders of convergence of the increments that show one, ascending. Many converge too fast to show any.
+/// Orders of convergence of the increments that show one, ascending. Many converge too fast.
 fn orders(histories: &[Vec<IterationRecord>]) -> Vec<f64> {
     let mut orders: Vec<f64> = histories.iter().filter_map(|h| convergence_order(h)).collect();
     assert!(orders.len() >= 4, "{} of {}", orders.len(), histories.len());
@@ -175,7 +176,7 @@ fn orders(histories: &[Vec<IterationRecord>]) -> Vec<f64> {
 }
 
 #[test]
-fn the_same_bits_with_one_two_and_four_threads_and_twice() {
+fn results_do_not_depend_on_threads_or_repetition() {
     let case = Case { depth: 0.3, ..QUICK };
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -186,9 +187,9 @@ fn the_same_bits_with_one_two_and_four_threads_and_twice() {
 }
 
 #[test]
-fn another_unit_of_length_changes_nothing() {
+fn results_do_not_depend_on_the_unit_of_length() {
     let mm = run(&Case { depth: 0.3, ..QUICK });
-    // A power of two, so that rounding is the same and any constant with a unit in it shows.
+    // A power of two, so that rounding is the same and any constant with a unit has an effect.
     let unit = 1.0 / 1024.0;
     let m = run(&Case { depth: 0.3, unit, ..QUICK });
     assert_eq!(mm.iterations, m.iterations);
@@ -198,7 +199,7 @@ fn another_unit_of_length_changes_nothing() {
 }
 
 #[test]
-fn a_released_cup_is_free_of_forces() {
+fn a_released_cup_has_no_contact_forces() {
     let Outcome { sim, .. } = run(&Case { depth: 0.6, release: true, ..QUICK });
     let sys = &sim.sys;
     let largest = (0..sys.node_count())
@@ -208,9 +209,9 @@ fn a_released_cup_is_free_of_forces() {
     assert_eq!(sys.contact.active().count(), 0);
 }
 
-/// Saved after every increment and gone on from in a new simulation: clamp, draw, release, to the bit.
+/// Saved after every increment and continued in a new simulation: clamp, draw, release, bit-identically.
 #[test]
-fn a_run_that_goes_on_from_a_saved_state_repeats_to_the_bit() {
+fn a_restarted_run_is_bit_identical() {
     let case = Case { depth: 0.3, release: true, transition: 1e-4, ..QUICK };
     let whole = run(&case).sim;
     let mut sim = Simulation::new(cup(&case)).unwrap();

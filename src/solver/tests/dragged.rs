@@ -1,4 +1,4 @@
-//! A plate moved by a force or a spring along a sheet, wherever that is held: friction alone holds it.
+//! A plate moved along a sheet by a force or a spring, with any constraints of the sheet: only friction resists it.
 
 use super::claims::square;
 use super::{body, setup, stage, steel, tool};
@@ -9,8 +9,8 @@ use crate::solver::{
     Stage, ToolSetup,
 };
 
-/// Ends of the stages of a plate on a sheet of 10 x 10 mm pressed with 500 N, moved along it: its travel [mm] and the share of
-/// Coulomb's force that it rubs with.
+/// Final states of the stages of a plate pressed on a sheet of 10 x 10 mm with 500 N and moved along it: its travel
+/// [mm], and its friction over the Coulomb limit.
 fn dragged(
     held: f64,
     stop: Option<f64>,
@@ -42,7 +42,8 @@ fn dragged(
     Ok(ends.split_off(1))
 }
 
-/// Whatever of the sheet is held: a force that friction bears, a spring that draws the plate along it and lets it back.
+/// For any constraints of the sheet: a force below the friction limit, and a spring that moves the plate along it and
+/// back.
 #[test]
 fn a_force_or_a_spring_drags_a_plate_over_a_sheet() {
     for held in [0.0, 5.0, 10.0] {
@@ -61,9 +62,9 @@ fn a_force_or_a_spring_drags_a_plate_over_a_sheet() {
     }
 }
 
-/// A force beyond what friction bears takes the plate to its stop, where it rubs as before however long it stands.
+/// A force above the friction limit moves the plate to its stop, where friction stays constant in time.
 #[test]
-fn a_plate_that_stands_still_rubs_on() {
+fn friction_of_a_plate_at_rest_is_constant() {
     for held in [0.0, 10.0] {
         let force = |to| Motion::Force(Curve::to(to));
         let drives = vec![(force(400.0), 0.2), (force(400.0), 0.25), (force(30.0), 0.2)];
@@ -77,7 +78,7 @@ fn a_plate_that_stands_still_rubs_on() {
 }
 
 #[test]
-fn a_force_beyond_friction_is_told() {
+fn a_force_above_the_friction_limit_is_reported() {
     for held in [0.0, 5.0, 10.0] {
         let drag = dragged(held, None, vec![(Motion::Force(Curve::to(160.0)), 0.2)]);
         let told = drag.unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! Sheets that bend over the free border of a tool, and those that do not.
+//! Sheets that overhang a tool edge, and sheets that do not.
 
 use super::{body, setup, stage, steel, tool};
 use crate::contact::test_tools::plane;
@@ -9,7 +9,8 @@ use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
 };
 
-/// A strip of 60 x 4 x 1 mm, clamped at one end, on a table that ends at `end`; its other end goes down under 100 N, or up.
+/// A strip of 60 x 4 x 1 mm, clamped at one end, on a table that ends at `end`; its other end is loaded by 100 N
+/// downwards, or upwards.
 fn over_table(end: f64, down: f64) -> Option<OverEdge> {
     let mesh = rectangle(60.0, 4.0, 1.0, 30, 1, 1);
     let mut constraints = Constraints::none(mesh.nodes.len());
@@ -43,12 +44,12 @@ fn over_table(end: f64, down: f64) -> Option<OverEdge> {
 }
 
 #[test]
-fn a_strip_bent_over_the_end_of_a_table_is_told() {
+fn a_strip_bent_over_the_end_of_a_table_is_reported() {
     let found = over_table(31.0, 1.0).unwrap();
     assert!(found.tool == 0 && found.nodes >= 2, "{found:?}");
     assert!((found.at.x - 31.0).abs() < 1e-9 && found.at.z.abs() < 1e-9, "{found:?}");
     assert!((0.1..2.0).contains(&found.depth), "{found:?}");
-    // Lifted off it, or on one that is longer than the strip.
+    // Lifted off the table, or on one longer than the strip.
     assert_eq!(over_table(31.0, -1.0), None);
     assert_eq!(over_table(70.0, 1.0), None);
 }

@@ -1,4 +1,4 @@
-//! A sheet that nothing holds: it lies still until a tool comes, and goes with it.
+//! Unconstrained sheet: at rest until a tool arrives, then carried by it.
 
 use super::{body, setup, stage, steel, tool};
 use crate::contact::test_tools::plane;
@@ -12,7 +12,8 @@ use crate::solver::{
 /// Displacements [mm] at a travel of the tool [mm].
 type State = (f64, Vec<Vec3>);
 
-/// A free sheet of 20 x 4 x 1 mm pushed up by a plate that begins 2 mm below it and goes 7 mm, with `mm` for a millimetre.
+/// A free sheet of 20 x 4 x 1 mm pushed up by a plate that starts 2 mm below it and moves by 7 mm; `mm` is the length
+/// of a millimetre.
 fn pushed_up(friction: f64, mm: f64) -> (Vec<State>, RunSummary) {
     let mesh = rectangle(20.0 * mm, 4.0 * mm, mm, 10, 2, 1);
     let nothing = Constraints::none(mesh.nodes.len());
@@ -34,7 +35,7 @@ fn pushed_up(friction: f64, mm: f64) -> (Vec<State>, RunSummary) {
 }
 
 #[test]
-fn a_free_sheet_lies_still_and_goes_with_the_tool_that_comes() {
+fn a_free_sheet_rests_until_a_tool_carries_it() {
     for friction in [0.0, 0.1] {
         let (states, summary) = pushed_up(friction, 1.0);
         assert_eq!(summary.cuts, 0, "{summary:?}");
@@ -42,7 +43,7 @@ fn a_free_sheet_lies_still_and_goes_with_the_tool_that_comes() {
         for (travel, moved) in &states {
             let along = Vec3::new(0.0, 0.0, (travel - 2.0).max(0.0));
             let off = moved.iter().map(|u| (u - along).norm()).fold(0.0, f64::max);
-            // Rounding of the forces against the light dampers that say where a sheet goes which nothing holds.
+            // Rounding of the forces against the light dampers that determine the position of an unconstrained sheet.
             let drift = if *travel < 2.0 { 0.0 } else { 1e-7 };
             assert!(off <= drift, "{off} at {travel}, {friction}");
         }

@@ -1,4 +1,4 @@
-//! Elements that turn inside out: lengths alone, which a solid-shell measures, are as sound on the other side.
+//! Inverted elements: the strains of a solid-shell, computed from lengths, do not detect inversion.
 
 use super::{setup, stage, steel};
 use crate::solver::assembly::Body;
@@ -9,8 +9,8 @@ use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Simulation, SimulationError, SimulationSetup,
 };
 
-/// A sheet of 3 x 3 elements of 2 mm, all held but one corner, which a force pushes along the diagonal into its element.
-/// The way of the corner at the last balance [mm], and how the run ended.
+/// A sheet of 3 x 3 elements of 2 mm, all held but one corner, which a force pushes along the diagonal into its
+/// element. Displacement of the corner at the last equilibrium [mm], and the result of the run.
 fn pushed_in(force: f64) -> (f64, Result<(), SimulationError>) {
     let mesh = rectangle(6.0, 6.0, 0.8, 3, 3, 1);
     let count = mesh.nodes.len();
@@ -41,12 +41,12 @@ fn pushed_in(force: f64) -> (f64, Result<(), SimulationError>) {
 }
 
 #[test]
-fn no_balance_is_taken_in_which_an_element_is_inside_out() {
+fn no_equilibrium_with_an_inverted_element_is_accepted() {
     let (way, ended) = pushed_in(1e5);
     assert!(ended.is_ok() && way > 0.3, "{way} {ended:?}");
-    // Its stiffness grows without bound, and not as fast as steps of that force jump over the place where it does.
+    // Its stiffness grows without bound, but more slowly than steps of that force jump over the singularity.
     let (way, ended) = pushed_in(1e8);
-    // There the corner lies on the diagonal's other side as a Gauss point sees it, 2 / 1.577 mm away.
+    // There the corner lies on the opposite side of the diagonal for a Gauss point, 2 / 1.577 mm away.
     assert!((way - 1.268).abs() < 1e-3, "{way}");
     let Err(SimulationError::GaveUp { cause, .. }) = ended else { panic!("{ended:?}") };
     let NewtonError::Element(failure) = *cause else { panic!("{cause}") };

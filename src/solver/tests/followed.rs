@@ -1,9 +1,9 @@
-//! Increments that end where those of another run ended.
+//! Increments with the ends of an earlier run.
 
 use super::cup::{QUICK, cup};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError, SimulationSetup};
 
-/// Stage, share and iterations of every increment, cuts, and where the sheet ends.
+/// Stage, fraction and iterations of every increment, step cuts, and final displacements.
 fn run(setup: SimulationSetup) -> (Vec<(usize, f64, usize)>, usize, Vec<f64>) {
     let mut sim = Simulation::new(setup).unwrap();
     let mut increments = Vec::new();
@@ -17,7 +17,7 @@ fn run(setup: SimulationSetup) -> (Vec<(usize, f64, usize)>, usize, Vec<f64>) {
 }
 
 #[test]
-fn a_run_that_takes_the_increments_of_another_is_that_run_to_the_bit() {
+fn a_run_with_prescribed_increments_is_bit_identical() {
     let (own, cuts, sheet) = run(cup(&QUICK));
     let mut setup = cup(&QUICK);
     for (k, stage) in setup.stages.iter_mut().enumerate() {
@@ -31,7 +31,7 @@ fn a_run_that_takes_the_increments_of_another_is_that_run_to_the_bit() {
 }
 
 #[test]
-fn an_increment_that_fails_is_cut_and_the_next_ends_are_met_again() {
+fn a_failed_increment_is_cut_and_later_ends_are_kept() {
     let mut setup = cup(&QUICK);
     setup.limits.iterations = 4;
     setup.stages[1].ends = vec![0.7, 0.75];
@@ -42,14 +42,15 @@ fn an_increment_that_fails_is_cut_and_the_next_ends_are_met_again() {
     assert!(draw[at + 1..].contains(&0.75) && draw.last() == Some(&1.0), "{draw:?}");
 }
 
-/// After an error the stage is still under way: the same run, or one that resumes its saved state, ends as one without the error.
+/// After an error the stage remains active: the same run, or one resumed from its saved state, ends as one without
+/// the error.
 #[test]
-fn a_stage_stays_under_way_after_an_error() {
+fn a_stage_remains_active_after_an_error() {
     let (whole, _, sheet) = run(cup(&QUICK));
     let see = &mut |_: &IncrementReport<'_>| Control::Continue;
     let (mut first, mut second) =
         (Simulation::new(cup(&QUICK)).unwrap(), Simulation::new(cup(&QUICK)).unwrap());
-    // In the midst of a stage, where one begins, and at the start.
+    // In the middle of a stage, at the start of one, and at the start of the run.
     let begins = whole.iter().position(|i| i.0 > 0).unwrap();
     for limit in [0, 2, begins, whole.len() - 1] {
         first.limits.increments = limit;
@@ -70,7 +71,7 @@ fn a_stage_stays_under_way_after_an_error() {
 
 /// Stopped by its observer before the first increment, and continued.
 #[test]
-fn a_run_stopped_at_its_start_goes_on() {
+fn a_run_stopped_at_its_start_continues() {
     let (whole, _, sheet) = run(cup(&QUICK));
     let mut sim = Simulation::new(cup(&QUICK)).unwrap();
     let error = sim.advance(&mut |_: &IncrementReport<'_>| Control::Stop).unwrap_err();

@@ -1,4 +1,4 @@
-//! Tools that are let go while others stay, against which nothing but friction holds the sheet.
+//! Release of tools while others stay, against which only friction holds the sheet.
 
 use super::carried::along_y;
 use super::{setup, stage, tool};
@@ -14,7 +14,7 @@ use crate::solver::{
     SimulationSetup, Stage, ToolSetup,
 };
 
-/// Half of a strip of 80 x 5 x 1 mm drawn 25 mm into a die by a punch against a pad, and what follows.
+/// Half of a strip of 80 x 5 x 1 mm drawn 25 mm into a die by a punch against a pad, followed by the given stages.
 fn drawn(then: Vec<Stage>) -> SimulationSetup {
     let quarter = std::f64::consts::FRAC_PI_2;
     let die = [
@@ -53,11 +53,11 @@ fn drawn(then: Vec<Stage>) -> SimulationSetup {
     SimulationSetup { limits: Limits::default(), ..setup(body, constraints, tools, stages) }
 }
 
-/// Number of the stage, forces of die and punch [N], height of the middle's lower face [mm] and nodes that the punch touches at
-/// the end of each increment.
+/// Index of the stage, forces of die and punch [N], height of the lower face at the middle [mm] and nodes in contact
+/// with the punch at the end of each increment.
 type Course = Vec<(usize, [f64; 2], f64, usize)>;
 
-/// And where the strip's end has gone in the end, from where its middle has [mm].
+/// And the final position of the end of the strip relative to its middle [mm].
 fn run(setup: SimulationSetup) -> (Course, Energies, [f64; 2]) {
     let (mut course, mut energies, mut end) = (Course::new(), Energies::default(), [0.0; 2]);
     let mut sim = Simulation::new(setup).unwrap();
@@ -74,7 +74,7 @@ fn run(setup: SimulationSetup) -> (Course, Energies, [f64; 2]) {
 }
 
 #[test]
-fn a_punch_let_go_leaves_the_part_in_the_die() {
+fn a_released_punch_leaves_the_part_in_the_die() {
     let off = |name: &str, motions| Stage { largest_step: 0.25, ..stage(name, motions, 0.25) };
     let pad_off = off("pad off", vec![Motion::Hold, Motion::Hold, Motion::Release]);
     let punch_off = off("punch off", vec![Motion::Hold, Motion::Release, Motion::Absent]);
@@ -86,21 +86,21 @@ fn a_punch_let_go_leaves_the_part_in_the_die() {
     assert!((after - depth).abs() < 0.5, "the part went from {depth} to {after} mm");
     assert!(left.iter().chain(none).all(|force| force.abs() < 1e-6 * pressed[1]), "{left:?}");
     assert!(energies.left_behind.abs() < 0.01 * energies.external, "{energies:?}");
-    assert!(energies.open().abs() < 0.01 * energies.external, "{energies:?}");
-    // Its force falls with the punch going back in contact.
+    assert!(energies.imbalance().abs() < 0.01 * energies.external, "{energies:?}");
+    // Its force decreases while the punch moves back in contact.
     let off = || course.iter().filter(|row| row.0 == 3);
     assert!(off().next().unwrap().3 > 0);
     let falls: Vec<f64> = off().map(|row| row.1[1]).collect();
     assert!(falls.windows(2).all(|pair| pair[1] < pair[0]), "{falls:?}");
-    // The same part as if both were let go at once.
+    // The same part as if both were released at once.
     let at_once = Stage { largest_step: 0.25, ..stage("off", vec![Motion::Release; 3], 0.25) };
     let (_, _, other) = run(drawn(vec![at_once]));
     let apart = (end[0] - other[0]).hypot(end[1] - other[1]);
     assert!(apart < 0.05, "{end:?} {other:?}");
 }
 
-/// A vee of 90 degrees with shoulders, its punch above a sheet of 1 mm that lies on them; how high they are, and the travel at
-/// which flanks are a thickness apart [mm].
+/// A vee of 90 degrees with shoulders, its punch above a sheet of 1 mm that lies on them; height of the shoulders,
+/// and travel at which the flanks are one thickness apart [mm].
 fn vee() -> (Vec<ToolSetup>, f64, f64) {
     let eighth = std::f64::consts::FRAC_PI_4;
     let (s, radius) = (0.5_f64.sqrt(), 2.0);
@@ -124,8 +124,8 @@ fn vee() -> (Vec<ToolSetup>, f64, f64) {
     (tools, top, centre - (1.0 + radius) / s)
 }
 
-/// Half of a strip of 28 x 1 x 1 mm bent in a vee of 90 degrees and pressed there, of steel that yields early when strained back:
-/// how steep it is [degrees] and the work done on it [N mm], pressed and let go.
+/// Half of a strip of 28 x 1 x 1 mm bent and pressed in a vee of 90 degrees, of steel with a strong Bauschinger
+/// effect: its angle [degrees] and the work done on it [N mm], pressed and released.
 fn coined(kind: ElementKind, layers: usize) -> [(f64, f64); 2] {
     let (tools, top, shut) = vee();
     let mut mesh = rectangle(14.0, 1.0, 1.0, 14, 1, layers);
@@ -171,7 +171,7 @@ fn coined(kind: ElementKind, layers: usize) -> [(f64, f64); 2] {
 }
 
 #[test]
-fn a_pressed_bend_let_go_is_not_pressed_on_by_what_its_tools_leave_behind() {
+fn a_released_bend_is_not_pressed_by_remaining_tool_forces() {
     for (kind, layers) in [
         (ElementKind::SolidShell { points: 5, membrane: true }, 1),
         (ElementKind::SolidShell { points: 5, membrane: true }, 2),
@@ -180,7 +180,7 @@ fn a_pressed_bend_let_go_is_not_pressed_on_by_what_its_tools_leave_behind() {
         let [(pressed, before), (free, after)] = coined(kind, layers);
         assert!((pressed - 45.0).abs() < 1.0, "{kind:?} {layers}: {pressed}");
         assert!((free - pressed).abs() < 0.6, "{kind:?} {layers}: from {pressed} to {free}");
-        // It gives back, and no tool that leaves does work on it.
+        // It returns energy, and no released tool does work on it.
         assert!(after < before && after > 0.5 * before, "{kind:?} {layers}: {before} {after}");
     }
 }

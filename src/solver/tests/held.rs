@@ -1,5 +1,5 @@
-//! Nodes held in a direction that the normal of their tool leans into, or that the tool slides along: it pushes and rubs them
-//! against what holds them, too.
+//! Nodes constrained in a direction in which the tool normal has a component, or along which the tool slides: normal
+//! force and friction act on the support too.
 
 use super::claims::square;
 use super::{body, setup, stage, steel, tool};
@@ -10,7 +10,7 @@ use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
 };
 
-/// What a wall has come to: its force as a vector [N], its travel [mm], work of it and of friction [N mm].
+/// Final state of a wall: force vector [N], travel [mm], its work and that of friction [N mm].
 struct End {
     force: Vec3,
     travel: f64,
@@ -18,8 +18,8 @@ struct End {
     friction: f64,
 }
 
-/// A strip of 20 x 4 x 1 mm, held at one end, nowhere across, whose other end a wall that leans by 30 degrees presses as it
-/// comes down.
+/// A strip of 20 x 4 x 1 mm, clamped at one end, free in the transverse direction. A wall inclined by 30 degrees
+/// moves down and presses its other end.
 fn pressed(motion: Motion) -> End {
     let mesh = rectangle(20.0, 4.0, 1.0, 10, 2, 1);
     let mut constraints = Constraints::none(mesh.nodes.len());
@@ -50,18 +50,18 @@ fn pressed(motion: Motion) -> End {
 }
 
 #[test]
-fn a_wall_that_leans_pushes_along_its_normal_and_does_the_work() {
+fn an_inclined_wall_pushes_along_its_normal_and_does_the_work() {
     let end = pressed(Motion::Travel(Curve::to(1.5)));
     assert!(end.force.x < -1000.0, "{}", end.force);
     let slope = 30.0_f64.to_radians().tan();
     assert!((end.force.z / -end.force.x / slope - 1.0).abs() < 1e-9, "{}", end.force);
     assert!(end.work > 10.0 && end.friction.abs() < 1e-9 * end.work, "{}", end.friction);
-    // Driven by that force it goes as far.
+    // Driven by this force it has the same travel.
     let forced = pressed(Motion::Force(Curve::ramp(0.0, end.force.z)));
     assert!((forced.travel / 1.5 - 1.0).abs() < 1e-6, "{}", forced.travel);
 }
 
-/// A sheet, 1 mm thick, with as many elements along x and y, and the force [N] that presses it on a bed.
+/// A sheet, 1 mm thick, with the numbers of elements along x and y, and the force [N] that presses it on a bed.
 struct Pressed {
     size: [f64; 2],
     elements: [usize; 2],
@@ -70,9 +70,15 @@ struct Pressed {
 
 const SMALL: Pressed = Pressed { size: [8.0, 4.0], elements: [4, 2], force: 100.0 };
 
-/// The sheet rubbed by its bed, which moves along `way`, friction 0.3; nodes up to `held` are held along x and y. Force of the
-/// bed [N], work of it and of friction [N mm].
-fn rubbed(sheet: &Pressed, held: f64, way: Vec3, course: Curve, step: f64) -> (Vec3, [f64; 2]) {
+/// The sheet in sliding contact with its bed, which moves along `way`, friction 0.3; nodes up to `held` are held
+/// along x and y. Force of the bed [N], its work and that of friction [N mm].
+fn friction_ratio(
+    sheet: &Pressed,
+    held: f64,
+    way: Vec3,
+    course: Curve,
+    step: f64,
+) -> (Vec3, [f64; 2]) {
     let ([x, y], [nx, ny], force) = (sheet.size, sheet.elements, sheet.force);
     let mesh = rectangle(x, y, 1.0, nx, ny, 1);
     let mut constraints = Constraints::none(mesh.nodes.len());
@@ -103,12 +109,12 @@ fn rubbed(sheet: &Pressed, held: f64, way: Vec3, course: Curve, step: f64) -> (V
     end
 }
 
-/// Friction is Coulomb's whatever of the sheet is held, and whichever way the bed goes.
+/// Friction has the Coulomb value for any constraints and any direction of the bed.
 #[test]
-fn friction_on_nodes_that_are_held_goes_to_what_holds_them() {
+fn friction_on_constrained_nodes_is_carried_by_their_supports() {
     for way in [Vec3::x(), Vec3::new(0.6, 0.8, 0.0)] {
         for held in [0.0, 4.0, 8.0] {
-            let (force, [work, friction]) = rubbed(&SMALL, held, way, Curve::to(0.05), 0.2);
+            let (force, [work, friction]) = friction_ratio(&SMALL, held, way, Curve::to(0.05), 0.2);
             let along = force.dot(&way);
             assert!((along / 30.0 - 1.0).abs() < 1e-3, "{held}: {along}");
             let across = (force - way * along).xy().norm();
@@ -119,23 +125,23 @@ fn friction_on_nodes_that_are_held_goes_to_what_holds_them() {
     }
 }
 
-/// To and fro: friction turns round within increments, and its work is that of the way.
+/// Reversed sliding: friction changes its direction within increments, and its work is that of the path.
 #[test]
-fn friction_that_turns_round_does_the_work_of_its_way() {
+fn reversed_friction_does_the_work_of_its_path() {
     let course = Curve::new(vec![(0.0, 0.0), (0.25, 0.05), (0.75, -0.05), (1.0, 0.0)]);
-    let (_, [work, friction]) = rubbed(&SMALL, 0.0, Vec3::x(), course, 0.125);
+    let (_, [work, friction]) = friction_ratio(&SMALL, 0.0, Vec3::x(), course, 0.125);
     assert!((friction / 6.0 - 1.0).abs() < 0.02, "{friction}");
     assert!((work / friction - 1.0).abs() < 0.02, "{work} {friction}");
 }
 
-/// Across a sheet that is held at one end, far: the pressure goes to the other side as friction turns round, nodes lift off and
-/// others come down.
+/// Large sliding across a sheet held at one end: the pressure moves to the other side when friction reverses, some
+/// nodes separate and others come into contact.
 #[test]
-fn nodes_that_lift_off_as_friction_turns_round_have_done_its_work() {
+fn nodes_that_separate_as_friction_reverses_keep_its_work() {
     let sheet = Pressed { size: [10.0, 10.0], elements: [6, 6], force: 500.0 };
     for step in [0.5, 0.1] {
         let course = Curve::new(vec![(0.0, 0.0), (0.5, 1.0), (1.0, -1.0)]);
-        let (force, [work, friction]) = rubbed(&sheet, 0.0, Vec3::y(), course, step);
+        let (force, [work, friction]) = friction_ratio(&sheet, 0.0, Vec3::y(), course, step);
         assert!((force.y / -150.0 - 1.0).abs() < 1e-3, "{step}: {force}");
         assert!((friction / 450.0 - 1.0).abs() < 2e-3, "{step}: {friction}");
         assert!((work / friction - 1.0).abs() < 1e-3, "{step}: {work} {friction}");

@@ -1,4 +1,4 @@
-//! Claims about contact, friction, Newton and stepping, on tools made by hand.
+//! Contact, friction, Newton's method and step size control, with analytic tools.
 
 mod carried;
 mod claims;

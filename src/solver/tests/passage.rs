@@ -1,4 +1,4 @@
-//! Tools with narrow noses, which a step could take past nodes of the sheet unseen.
+//! Tools with narrow noses, which a step could move past nodes of the sheet undetected.
 
 use super::{body, setup, stage, steel, tool};
 use crate::contact::test_tools::{Builder, Piece, arc, line};
@@ -8,8 +8,8 @@ use crate::solver::{Constraints, Control, Curve, IncrementReport, Motion, SheetS
 
 const PI: f64 = std::f64::consts::PI;
 
-/// Half a strip of 20 x 1 x 1 mm in its plane of symmetry x = 0, its far end held, pressed `down` [mm] in the middle by a tool
-/// with this profile in x-z and elements `size` [mm] long, in steps of `step`: force at the end [N], cuts.
+/// Half a strip of 20 x 1 x 1 mm with the symmetry plane x = 0, its far end held, pressed `down` [mm] at its middle
+/// by a tool with this profile in x-z, with elements of `size` [mm] and steps of `step`: final force [N], step cuts.
 fn pressed(profile: &[Piece], size: f64, down: f64, step: f64) -> (f64, usize) {
     let mesh = rectangle(20.0, 1.0, 1.0, (20.0 / size) as usize, 1, 1);
     let mut held = Constraints::none(mesh.nodes.len());
@@ -41,10 +41,10 @@ fn pressed(profile: &[Piece], size: f64, down: f64, step: f64) -> (f64, usize) {
     (force, cuts)
 }
 
-/// Nodes in the plane of symmetry end within the blade, whose flanks push across that plane: nothing held them, and the blade
-/// went on without a force.
+/// Nodes in the symmetry plane may end inside the blade, whose flanks push normal to that plane: without a check the
+/// blade would advance without a force.
 #[test]
-fn a_blade_is_not_taken_through_nodes_in_a_plane_of_symmetry() {
+fn a_blade_does_not_cross_nodes_in_a_symmetry_plane() {
     let blade = |r: f64| {
         let flank = |x: f64| line(1, [x, 1.0 + r], [x, 60.0], [x.signum(), 0.0]);
         [flank(-r), arc(8, [0.0, 1.0 + r], r, [PI, 2.0 * PI], 1.0), flank(r)]
@@ -59,7 +59,7 @@ fn a_blade_is_not_taken_through_nodes_in_a_plane_of_symmetry() {
 
 /// Half a rod, thinner than a quarter of an element.
 #[test]
-fn a_thin_rod_with_an_open_back_is_not_taken_through_the_sheet() {
+fn a_thin_rod_with_an_open_back_does_not_cross_the_sheet() {
     for r in [0.05, 0.2] {
         let rod = [arc(8, [0.0, 1.0 + r], r, [PI, 2.0 * PI], 1.0)];
         let ((slow, _), (fast, _)) = (pressed(&rod, 1.0, 1.0, 0.02), pressed(&rod, 1.0, 1.0, 1.0));
@@ -67,9 +67,9 @@ fn a_thin_rod_with_an_open_back_is_not_taken_through_the_sheet() {
     }
 }
 
-/// A node at a border of patches moves past the tool by nothing but rounding: it had "gone through", however short the step.
+/// A node at a border of patches moves past the tool only by rounding: this is no crossing, however short the step.
 #[test]
-fn a_node_that_stays_where_patches_meet_has_gone_through_nothing() {
+fn a_node_at_rest_on_a_patch_border_is_no_crossing() {
     for r in [0.9, 1.4, 1.8, 2.9, 3.1] {
         let rod = [arc(8, [0.0, 1.0 + r], r, [PI, 2.0 * PI], 1.0)];
         let (force, cuts) = pressed(&rod, 2.0, 3.0, 0.1);

@@ -1,4 +1,4 @@
-//! A tool taken away from nodes that carry loads of their own.
+//! Removal of a tool from nodes with applied loads.
 
 use super::claims::square;
 use super::{body, setup, stage, steel, tool};
@@ -11,11 +11,11 @@ use crate::solver::{
     SimulationSetup,
 };
 
-/// Share of the second stage after which it is looked at.
+/// Fraction of the second stage at which the state is checked.
 const FIRST: f64 = 1e-3;
 
-/// A strip of 20 x 4 x 1 mm, held at one end, its other end loaded by 30 N down onto a plate below, which is then taken away
-/// while the load stays.
+/// A strip of 20 x 4 x 1 mm, clamped at one end, its other end loaded by 30 N onto a plate below, which is then
+/// removed while the load stays.
 fn strip() -> SimulationSetup {
     let mesh = rectangle(20.0, 4.0, 1.0, 10, 2, 1);
     let mut constraints = Constraints::none(mesh.nodes.len());
@@ -38,12 +38,12 @@ fn strip() -> SimulationSetup {
 }
 
 /// Largest difference of two fields.
-fn apart(a: &[f64], b: &[f64]) -> f64 {
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 #[test]
-fn the_force_of_a_tool_taken_away_is_without_the_loads() {
+fn the_remaining_force_of_a_removed_tool_excludes_the_loads() {
     let mut states: Vec<(f64, Vec<f64>, f64)> = Vec::new();
     let mut sim = Simulation::new(strip()).unwrap();
     sim.run(&mut |r: &IncrementReport<'_>| {
@@ -54,11 +54,12 @@ fn the_force_of_a_tool_taken_away_is_without_the_loads() {
     let pressed = states.iter().position(|s| s.0 == 1.0).unwrap();
     let [before, first, last] = [pressed, pressed + 1, states.len() - 1].map(|k| &states[k]);
     assert!((first.0 - FIRST).abs() < 1e-15);
-    let (little, all) = (apart(&before.1, &first.1), apart(&before.1, &last.1));
+    let (little, all) =
+        (largest_difference(&before.1, &first.1), largest_difference(&before.1, &last.1));
     assert!(all > 0.05, "the strip bends down by {all} mm");
     assert!((little / all - FIRST).abs() < 0.1 * FIRST, "{little} of {all} mm at once");
     assert_eq!(sim.summary().snaps, 0);
-    // What it has left behind is told as its force.
+    // The remaining force is reported as the force of the tool.
     assert!(before.2 > 1.0 && (first.2 / before.2 - (1.0 - FIRST)).abs() < 1e-12, "{}", first.2);
     assert_eq!(last.2, 0.0);
 }
@@ -79,9 +80,10 @@ fn contact_forces_after_a_stage_are_those_of_its_end() {
     assert_eq!(last, sim.contact_forces());
 }
 
-/// A free strip between two plates, let go and then pressed by more: what held it while it was let go is gone again.
+/// A free strip between two plates, released and then pressed with a larger force: the supports of the release are
+/// removed.
 #[test]
-fn a_sheet_let_go_and_pressed_again_is_held_by_its_tools_alone() {
+fn a_sheet_released_and_pressed_again_has_no_supports() {
     let mesh = rectangle(20.0, 4.0, 1.0, 10, 2, 2);
     let nothing = Constraints::none(mesh.nodes.len());
     let plate = |name, z, up: bool, side| {
@@ -108,7 +110,7 @@ fn a_sheet_let_go_and_pressed_again_is_held_by_its_tools_alone() {
         Control::Continue
     })
     .unwrap();
-    // Three times as much as at first.
+    // Three times the first force.
     let pressed = 3e-3 * 210_000.0 * 20.0 * 4.0;
     assert!((forces[1][2] / pressed - 1.0).abs() < 0.2, "{forces:?} N instead of {pressed}");
     for (one, other) in forces[0].iter().zip(&forces[1]) {
@@ -118,7 +120,8 @@ fn a_sheet_let_go_and_pressed_again_is_held_by_its_tools_alone() {
     moved.for_each(|u| assert!((u[2] - 0.2).abs() < 0.01, "{u:?}"));
 }
 
-/// A free sheet between a plate and a smaller one that is pushed onto it: friction has nothing to hold it by before that.
+/// A free sheet between a plate and a smaller one that is pushed onto it: before contact friction has no normal
+/// force.
 #[test]
 fn a_free_sheet_is_clamped_at_once() {
     let mesh = rectangle(20.0, 20.0, 1.0, 10, 10, 1);
@@ -142,10 +145,10 @@ fn a_free_sheet_is_clamped_at_once() {
     assert!(farthest < 1e-2, "{farthest} mm");
 }
 
-/// A block is pressed onto a floor that slides under it, let go and pressed again while the floor stands: what its friction
-/// was before says nothing any more.
+/// A block is pressed onto a floor that slides under it, released, and pressed again while the floor is at rest: the
+/// earlier friction has no effect.
 #[test]
-fn friction_is_forgotten_with_the_force() {
+fn slip_memory_vanishes_with_the_normal_force() {
     let mesh = rectangle(10.0, 10.0, 2.0, 2, 2, 1);
     let nothing = Constraints::none(mesh.nodes.len());
     let floor = tool("floor", square("floor", 0.0, true), Vec3::x(), SheetSide::Bottom, 0.3);
@@ -170,9 +173,9 @@ fn friction_is_forgotten_with_the_force() {
     assert!((along[1].abs() - 10.0).abs() < 0.01 && along[3].abs() < 0.01, "{along:?}");
 }
 
-/// A strip of 20 x 4 x 1 mm, held at one end, that a plate bends up by 1 mm and is then not there.
+/// A strip of 20 x 4 x 1 mm, clamped at one end, bent up by 1 mm by a plate that is then removed at once.
 #[test]
-fn what_a_tool_that_is_suddenly_gone_sets_free_is_told() {
+fn the_energy_released_by_a_removed_tool_is_reported() {
     let mesh = rectangle(20.0, 4.0, 1.0, 10, 2, 1);
     let mut constraints = Constraints::none(mesh.nodes.len());
     for node in (0..mesh.nodes.len()).filter(|&node| mesh.nodes[node].x < 1e-9) {
@@ -198,11 +201,11 @@ fn what_a_tool_that_is_suddenly_gone_sets_free_is_told() {
     let last = energies.last().unwrap().1;
     assert!(pressed.elastic > 1.0 && last.elastic < 1e-9 * pressed.elastic, "{last:?}");
     assert!((last.snaps / pressed.elastic - 1.0).abs() < 0.01, "{last:?} {pressed:?}");
-    assert!(last.open().abs() < 1e-6 * pressed.elastic && done.snaps > 0, "{last:?}");
+    assert!(last.imbalance().abs() < 1e-6 * pressed.elastic && done.snaps > 0, "{last:?}");
 }
 
-/// A strip of 40 x 4 x 0.8 mm, clamped by 400 N on its first 10 mm between a plate and a holder without friction, that a pad lifts
-/// at its other end by 2 mm before the holder is not there any more.
+/// A strip of 40 x 4 x 0.8 mm, clamped by 400 N on its first 10 mm between a plate and a holder without friction. A
+/// pad lifts its other end by 2 mm before the holder is removed at once.
 fn lifted_by(holder: f64) -> (Energies, Energies) {
     let mesh = rectangle(40.0, 4.0, 0.8, 20, 1, 1);
     let mut constraints = Constraints::none(mesh.nodes.len());
@@ -238,16 +241,16 @@ fn lifted_by(holder: f64) -> (Energies, Energies) {
     (lifted, energies.last().unwrap().1)
 }
 
-/// The clamp's force falls within a hair of the way that the strip springs back: half of it over all that way would be many times
-/// what the strip has stored.
+/// The clamping force vanishes within a small part of the springback; half of it over the whole springback would be
+/// many times the stored energy.
 #[test]
-fn a_clamp_that_is_suddenly_gone_does_no_work_on_the_way_back() {
+fn a_removed_clamp_does_no_work_during_springback() {
     for holder in [200.0, 2000.0] {
         let (lifted, last) = lifted_by(holder);
         assert!(lifted.elastic > 1.0 && last.elastic < 0.02 * lifted.elastic, "{last:?}");
         let freed = lifted.elastic - last.elastic;
         assert!((last.snaps / freed - 1.0).abs() < 0.01, "{holder} N: {last:?} {lifted:?}");
         assert!((last.external - lifted.external).abs() < 0.01 * freed, "{last:?} {lifted:?}");
-        assert!(last.open().abs() < 1e-2 * freed, "{last:?}");
+        assert!(last.imbalance().abs() < 1e-2 * freed, "{last:?}");
     }
 }

@@ -1,5 +1,5 @@
-//! Limit points: a shallow arch under a dead load has a balance beyond, far from the last one; a bar that is torn has none;
-//! an arch that is let go springs back whatever a force without a tool would do to it.
+//! Limit points: a shallow arch under a dead load has a distant equilibrium; a bar beyond its limit load has none. A
+//! released arch springs back whatever a force without a tool would do to it.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ use crate::solver::{
 const HALF: f64 = 20.0;
 const RISE: f64 = 1.0;
 
-/// Half an arch of a thickness, clamped at x = 20 and symmetric at x = 0; places of its nodes along x.
+/// Half an arch of a given thickness, clamped at x = 20 and symmetric at x = 0; x coordinates of its nodes.
 fn half_arch(thickness: f64) -> (HexMesh, Constraints, Vec<f64>) {
     let mut mesh = rectangle(HALF, 1.0, thickness, 20, 1, 1);
     let flat: Vec<f64> = mesh.nodes.iter().map(|x| x.x).collect();
@@ -43,8 +43,8 @@ fn half_arch(thickness: f64) -> (HexMesh, Constraints, Vec<f64>) {
     (mesh, constraints, flat)
 }
 
-/// Half an arch of thickness 0.2, clamped at x = 20, symmetric at x = 0, under `force` there; drop of its crown after
-/// every increment, energies, and what is out of balance at the end [N].
+/// Half an arch of thickness 0.2, clamped at x = 20, symmetric at x = 0, with `force` there; deflection of its crown
+/// after every increment, energies, and the final residual force [N].
 fn arch(force: f64, first_step: f64) -> (Vec<f64>, Energies, RunSummary, f64) {
     let (mesh, constraints, flat) = half_arch(0.2);
     let count = mesh.nodes.len();
@@ -76,28 +76,28 @@ fn arch(force: f64, first_step: f64) -> (Vec<f64>, Energies, RunSummary, f64) {
 }
 
 #[test]
-fn a_shallow_arch_snaps_to_its_other_balance_and_loses_the_energy_between() {
+fn a_shallow_arch_snaps_through_and_releases_elastic_energy() {
     let (drops, energies, summary, unbalanced) = arch(30.0, 0.05);
     assert_eq!(summary.snaps, 1, "{summary:?}");
     let jump = drops.windows(2).position(|w| w[1] - w[0] > 0.5 * RISE).unwrap();
     assert!(drops[jump] < 0.5 * RISE && drops[jump + 1] > 2.0 * RISE, "{drops:?}");
     assert!(drops.windows(2).skip(jump + 1).all(|w| w[1] > w[0]), "{drops:?}");
     assert!(unbalanced < 1e-3, "{unbalanced} N out of balance, or damped");
-    // Elastic: what the load has done and is not stored was set free.
+    // Elastic: the work of the load that is not stored was released.
     let lost = energies.external - energies.elastic;
     assert!((lost - energies.snaps).abs() < 1e-3 * energies.external, "{lost} {energies:?}");
     assert!(lost > 0.05 * energies.external);
 }
 
-/// Steps begin no longer than the longest: only short of that is a snap looked for.
+/// The first step does not exceed the largest one: snap-through is searched for only below it.
 #[test]
-fn a_first_step_above_the_longest_changes_nothing() {
+fn a_first_step_above_the_largest_has_no_effect() {
     assert_eq!(arch(30.0, 1.0).0, arch(30.0, 0.05).0);
 }
 
-/// A bar that hardens to 300 MPa at most, pulled with twice that: there is no next balance.
+/// A bar that hardens to at most 300 MPa, loaded by twice that: there is no further equilibrium.
 #[test]
-fn a_load_that_nothing_balances_leaves_the_last_state() {
+fn a_load_without_equilibrium_leaves_the_last_state() {
     let mesh = rectangle(4.0, 1.0, 1.0, 4, 1, 1);
     let count = mesh.nodes.len();
     let mut constraints = Constraints::none(count);
@@ -127,11 +127,11 @@ fn a_load_that_nothing_balances_leaves_the_last_state() {
     assert!(error.to_string().contains("not converged"), "{error}");
     assert!(sim.displacements() == last && sim.energies == energies);
     assert_eq!(sim.summary().snaps, 0);
-    // Giving up may not cost more than a run.
+    // Failure may not cost more than a run.
     assert!(sim.summary().iterations < 800, "{:?}", sim.summary());
 }
 
-/// An arch of thickness 0.4, its crown pressed down by `depth` and let go, and a node of its crown.
+/// An arch of thickness 0.4 with its crown pressed down by `depth` and released, and a node of its crown.
 fn pressed(depth: f64) -> (Simulation, usize) {
     let thickness = 0.4;
     let (mesh, constraints, flat) = half_arch(thickness);
@@ -149,32 +149,34 @@ fn pressed(depth: f64) -> (Simulation, usize) {
     (Simulation::new(setup).unwrap(), crown)
 }
 
-/// Drop of the crown of a pressed arch that was let go, its largest displacement, and how often it snapped.
-fn pressed_and_let_go(depth: f64) -> (f64, f64, usize) {
+/// Deflection of the crown of a released arch, its largest displacement, and the number of snap-throughs.
+fn pressed_and_released(depth: f64) -> (f64, f64, usize) {
     let (mut sim, crown) = pressed(depth);
     let summary = sim.run(&mut |_| Control::Continue).unwrap();
     let most = sim.displacements().iter().fold(0.0, |m: f64, u| m.max(u.abs()));
     (-sim.displacements()[3 * crown + 2], most, summary.snaps)
 }
 
-/// Past the limit point (0.53) the force that the tool leaves behind pushes the crown farther as it falls, along balances
-/// that do not last, down to one without any force at 1.31. The arch itself, between the tool and that, springs back.
+/// Past the limit point (0.53) the decreasing force left by the tool pushes the crown further along unstable
+/// equilibria, to one without any force at 1.31. The arch itself, between the tool and that equilibrium, springs
+/// back.
 #[test]
-fn an_arch_let_go_springs_back_and_does_not_stay_where_nothing_keeps_it() {
-    let (drop, most, snaps) = pressed_and_let_go(1.0);
+fn a_released_arch_springs_back_from_an_unstable_branch() {
+    let (drop, most, snaps) = pressed_and_released(1.0);
     assert!(most < 1e-9 * RISE && snaps == 1, "{drop} {most} {snaps}");
 }
 
-/// Pressed beyond that the crown leaves the tool, and lies where it does however deep it was pressed.
+/// Pressed further the crown leaves the tool, and its final position does not depend on the depth.
 #[test]
-fn an_arch_let_go_on_its_far_side_stays_there() {
-    let [(drop, ..), (deeper, ..)] = [1.6, 1.9].map(pressed_and_let_go);
+fn an_arch_released_after_snap_through_stays_there() {
+    let [(drop, ..), (deeper, ..)] = [1.6, 1.9].map(pressed_and_released);
     assert!(drop > 1.6 && (deeper - drop).abs() < 1e-6, "{drop} {deeper}");
 }
 
-/// A tool that goes ahead while dampers hold the sheet back pushes against these: that is no way to the next balance.
+/// A tool that advances while dampers retain the sheet works against the dampers: this does not lead to the next
+/// equilibrium.
 #[test]
-fn a_tool_that_pushes_against_the_dampers_leaves_the_last_state() {
+fn a_tool_that_works_against_the_dampers_leaves_the_last_state() {
     let (mut sim, _) = pressed(1.2);
     let mut last = Vec::new();
     let mut advance = |sim: &mut Simulation| {
@@ -189,7 +191,7 @@ fn a_tool_that_pushes_against_the_dampers_leaves_the_last_state() {
     let (plan, energies) = (sim.under_way.as_ref().unwrap().plan.clone(), sim.energies);
     sim.history.clear();
     let found = relax(&mut sim, &plan, (None, 0.6), &Endurance::FULL, false);
-    // Pushed on, the dampers would come to a balance all the same, after 40 iterations.
+    // Pushed further, the dampers would reach an equilibrium after 40 iterations.
     let at_once = matches!(found, Err(NewtonError::StillMoving { iterations }) if iterations < 20);
     assert!(at_once, "{found:?}");
     assert!(sim.displacements() == first && sim.energies == energies);
@@ -197,10 +199,11 @@ fn a_tool_that_pushes_against_the_dampers_leaves_the_last_state() {
     assert!(advance(&mut sim) != first);
 }
 
-/// Between 1.3 and 1.6 the crown jumps off the tool to its other balance, within whatever step takes the tool there: the
-/// trapezoidal rule has the same forces at both ends of that, and the energy was in no figure.
+/// Between 1.3 and 1.6 the crown snaps off the tool to its other equilibrium, within any step that moves the tool
+/// there. The trapezoidal rule sees the same forces at both ends of the step, so the released energy must be found
+/// otherwise.
 #[test]
-fn a_jump_within_a_step_is_a_snap_and_its_energy_is_told() {
+fn a_jump_within_a_step_is_reported_as_snap_through_with_its_energy() {
     let (mut sim, crown) = pressed(1.5);
     let (mut at_end, mut drop, mut snaps) = (Energies::default(), 0.0, 0);
     sim.run(&mut |r: &IncrementReport<'_>| {

@@ -1,4 +1,4 @@
-//! Balances that do not last: columns, which buckle at Euler's load, and what long steps make of them.
+//! Unstable equilibria: columns, which buckle at Euler's load, and the effect of long steps.
 
 use super::carried::along_y;
 use super::{setup, stage, steel, tool};
@@ -14,7 +14,7 @@ use crate::solver::{
 
 const LENGTH: f64 = 60.0;
 
-/// A column of section 1 by 1 that bends about y alone, as wide as plane strain has it.
+/// A column of section 1 by 1 that bends only about y, in plane strain.
 fn column() -> (HexMesh, Constraints) {
     let mesh = rectangle(LENGTH, 1.0, 1.0, 60, 1, 1);
     let mut constraints = Constraints::none(mesh.nodes.len());
@@ -26,7 +26,7 @@ fn body(mesh: HexMesh) -> Body {
     Body::new(mesh, ElementKind::SolidShell { points: 3, membrane: true }, steel()).unwrap()
 }
 
-/// Euler's load of a column of this length between hinges [N].
+/// Euler load of a column of this length between hinges [N].
 fn euler(length: f64) -> f64 {
     let stiffness = 210_000.0 / (1.0 - 0.3 * 0.3) / 12.0;
     stiffness * (std::f64::consts::PI / length).powi(2)
@@ -42,17 +42,17 @@ fn loads_at(mesh: &HexMesh, at: f64, force: Vec3) -> Vec<f64> {
     loads
 }
 
-/// What a clamped column has done.
+/// Result of a clamped column.
 struct Clamped {
-    /// Where increments ended that did not last, and where it was pushed out of one, in thousandths of Euler's load.
+    /// Load of unstable increments, and of those with a perturbation, in thousandths of Euler's load.
     unstable: Vec<usize>,
     buckled: Vec<usize>,
-    /// How far its end went aside [mm].
+    /// Lateral deflection of its end [mm].
     aside: f64,
 }
 
-/// A column clamped at one end under a load on the other that rises to 1.5 times Euler's (twice the length between hinges)
-/// in so many steps, and a load across it.
+/// A column clamped at one end under a load on the other that rises to 1.5 times Euler's load (for twice the length
+/// between hinges) in `steps`, and a lateral load.
 fn clamped(across: f64, steps: usize) -> Clamped {
     let (mesh, mut constraints) = column();
     constraints.symmetry_plane(&mesh.nodes, 0, 0.0, 1e-9);
@@ -77,8 +77,8 @@ fn clamped(across: f64, steps: usize) -> Clamped {
     done
 }
 
-/// Nothing pushes a straight column aside: it buckles at Euler's load all the same (within a hundredth), to the top's side, and
-/// goes on as the elastica, whose end is 0.79 of the length aside at 1.5 times that load.
+/// Without lateral load a straight column buckles at Euler's load (within a hundredth), towards its top, and follows
+/// the elastica, whose end is deflected by 0.79 of the length at 1.5 times that load.
 #[test]
 fn a_straight_column_buckles_at_eulers_load() {
     for (steps, latest) in [(300, 1010), (15, 1100)] {
@@ -89,9 +89,9 @@ fn a_straight_column_buckles_at_eulers_load() {
     }
 }
 
-/// The elastica, again.
+/// Comparison with the elastica.
 #[test]
-fn a_column_with_a_load_across_buckles_to_the_side_it_is_pushed_to() {
+fn a_column_with_a_lateral_load_buckles_to_its_side() {
     for across in [1e-3, -1e-3] {
         let Clamped { unstable, buckled, aside } = clamped(across, 15);
         assert!(unstable.is_empty() && buckled.is_empty(), "{unstable:?} {buckled:?}");
@@ -100,8 +100,8 @@ fn a_column_with_a_load_across_buckles_to_the_side_it_is_pushed_to() {
     }
 }
 
-/// How far aside the end of a clamped elastica is, over its length, at this load over Euler's: `K(p) = pi/2 sqrt(load)`,
-/// then `2 p / K`.
+/// Lateral deflection of the end of a clamped elastica over its length, at this load over Euler's:
+/// `K(p) = pi/2 sqrt(load)`, then `2 p / K`.
 fn elastica(load: f64) -> f64 {
     let complete = |p: f64| {
         let (mut a, mut b) = (1.0, (1.0 - p * p).sqrt());
@@ -119,8 +119,8 @@ fn elastica(load: f64) -> f64 {
     2.0 * low / wanted
 }
 
-/// A column pressed together by 1 mm between two walls that hold its ends by friction, with this load across its middle:
-/// force of a wall, how far the middle went aside, increments that did not last, and work of the walls [N mm].
+/// A column shortened by 1 mm between two walls that hold its ends by friction, with this lateral load at its middle:
+/// force of a wall, lateral deflection at the middle, unstable increments, and work of the walls [N mm].
 fn between_walls(across: f64, first_step: f64) -> (f64, f64, usize, f64) {
     let (mesh, constraints) = column();
     let middle = (0..mesh.nodes.len()).find(|&n| (mesh.nodes[n].x - 30.0).abs() < 1e-9).unwrap();
@@ -146,24 +146,24 @@ fn between_walls(across: f64, first_step: f64) -> (f64, f64, usize, f64) {
     last
 }
 
-/// Force of a column that is bent so far aside between walls [N]: Euler's, of hinges that the walls' faces put at the edges of its
-/// ends, half its thickness outside its middle, and less by what a load across its middle bends (both by their first harmonic),
-/// more by the elastica's second term.
+/// Force of a column between walls with this lateral deflection [N]: Euler's load for hinges at the edges of its
+/// ends, half its thickness off its axis, minus the effect of a lateral load at its middle (both by their first
+/// harmonic), plus the second term of the elastica.
 fn closed_form(across: f64, aside: f64) -> f64 {
     let pi = std::f64::consts::PI;
     let euler = euler(LENGTH) * (1.0 + pi * pi / 8.0 * (aside / LENGTH).powi(2));
     (euler * aside - across * 2.0 * LENGTH / (pi * pi)) / (aside - 4.0 / pi * 0.5)
 }
 
-/// Its first step alone is 3000 N beyond Euler's load: a long step must not end on the branch that does not last, on which
-/// the column is bent against its load, or, without one, straight.
+/// Its first step alone is 3000 N beyond Euler's load. A long step must not end on the unstable branch, on which the
+/// column is deflected against its load or, without one, straight.
 #[test]
 fn a_column_between_walls_buckles_however_long_the_steps() {
     for across in [1.0, 0.0] {
         let fine = between_walls(across, 0.005);
         let coarse = between_walls(across, 0.1);
         for (force, aside, unstable, work) in [fine, coarse] {
-            // By the trapezoidal rule from step to step; the sheet is pushed a little beyond where it would buckle.
+            // By the trapezoidal rule from step to step; the sheet is perturbed slightly beyond its buckling load.
             assert!((work / fine.3 - 1.0).abs() < 0.04, "{work} {}", fine.3);
             assert!(aside > 3.0 && unstable == 0, "{fine:?} {coarse:?}");
             assert!((force / closed_form(across, aside) - 1.0).abs() < 0.01, "{force} {aside}");
@@ -172,9 +172,9 @@ fn a_column_between_walls_buckles_however_long_the_steps() {
     }
 }
 
-/// A strut of 100 x 10 x 4 mm with one end in a plane of symmetry and the other against a flat wall that comes by 1 mm, of a metal
-/// that yields at 150 MPa and hardens by 10 % of its stiffness; steps of one over `steps`, a load of so much across its middle. The
-/// largest force and that at the end [N], its buckles and its balances that do not last.
+/// A strut of 100 x 10 x 4 mm with one end in a symmetry plane and the other against a flat wall that moves by 1 mm,
+/// of a metal that yields at 150 MPa and hardens with 10 % of its stiffness. Steps of 1 / `steps`, a lateral load at
+/// its middle. Largest and final force [N], perturbations and unstable equilibria.
 fn strut(steps: usize, across: f64) -> ([f64; 2], [usize; 2]) {
     let card: MaterialCard = serde_json::from_str(
         r#"{"name": "bilinear", "young_mpa": 200000.0, "poisson": 0.3, "yield": {"criterion": "von-mises"},
@@ -212,7 +212,8 @@ fn strut(steps: usize, across: f64) -> ([f64; 2], [usize; 2]) {
     (forces, counts)
 }
 
-/// No straight strut of this length lasts beyond yield (by its tangent modulus at 45 MPa, elastically at 165): 6000 N.
+/// No straight strut of this length is stable beyond yield (by its tangent modulus at 45 MPa, elastically at 165):
+/// 6000 N.
 #[test]
 fn a_straight_strut_buckles_where_it_yields_however_long_the_steps() {
     let ([_, bent], _) = strut(100, 1.0);
@@ -224,8 +225,9 @@ fn a_straight_strut_buckles_where_it_yields_however_long_the_steps() {
     }
 }
 
-/// A strip of 200 x 40 x 1.5 mm on two rolls of radius 15 mm 120 mm apart, bent 25 mm by a punch of radius 20 mm in its middle, a
-/// load of so much along it at one node [N]: increments, cuts, equilibria that did not last, and the punch's force at the end [N].
+/// A strip of 200 x 40 x 1.5 mm on two rolls of radius 15 mm 120 mm apart, bent by 25 mm by a punch of radius 20 mm
+/// at its middle, with a load along it at one node [N]: increments, cuts, unstable equilibria, perturbations, and
+/// final force of the punch [N].
 fn bent_on_rolls(friction: f64, along: f64) -> ([usize; 4], f64) {
     let card: MaterialCard = serde_json::from_str(
         r#"{"name": "bilinear", "young_mpa": 210000.0, "poisson": 0.3, "yield": {"criterion": "von-mises"},
@@ -267,9 +269,10 @@ fn bent_on_rolls(friction: f64, along: f64) -> ([usize; 4], f64) {
     found
 }
 
-/// Along itself a strip on rolls has next to no stiffness, of either sign; friction on the rolls keeps it from sliding through.
+/// A strip on rolls has almost no stiffness along itself, of either sign; friction on the rolls keeps it from sliding
+/// through.
 #[test]
-fn a_strip_that_friction_keeps_from_sliding_through_does_not_buckle() {
+fn a_strip_held_by_friction_does_not_buckle() {
     for friction in [0.05, 0.12, 0.3] {
         let ([increments, _, unstable, buckles], force) = bent_on_rolls(friction, 0.0);
         let ([with_load, ..], other) = bent_on_rolls(friction, 0.05);
@@ -279,10 +282,10 @@ fn a_strip_that_friction_keeps_from_sliding_through_does_not_buckle() {
     }
 }
 
-/// Without friction the strip slides through at no cost, but for what contact at nodes makes of it: that is no buckle, and the
-/// punch's force is that of a strip which a small load drives along.
+/// Without friction the strip slides through at no cost, except for the effect of contact at nodes: this is no
+/// buckling. The force of the punch is that of a strip which a small load moves along.
 #[test]
-fn a_strip_that_nothing_keeps_from_sliding_through_does_not_buckle() {
+fn a_strip_without_friction_slides_and_does_not_buckle() {
     let ([increments, cuts, unstable, buckles], force) = bent_on_rolls(0.0, 0.0);
     let (_, other) = bent_on_rolls(0.01, 0.0);
     assert!(unstable + buckles == 0, "{unstable}, {buckles}, {cuts}");
@@ -290,8 +293,8 @@ fn a_strip_that_nothing_keeps_from_sliding_through_does_not_buckle() {
     assert!((force / other - 1.0).abs() < 0.05, "{force} and {other}");
 }
 
-/// A strip of 40 mm on the top of a roll of this radius [mm], without friction and with weights of 0.5 N at its two ends, slides
-/// off with a stiffness of -1 N over the radius: whether its equilibrium lasts.
+/// A strip of 40 mm on top of a roll of this radius [mm], without friction and with weights of 0.5 N at its two ends,
+/// slides off with a stiffness of -1 N over the radius: whether its equilibrium is stable.
 fn lies_on_a_roll(radius: f64) -> bool {
     let mut mesh = rectangle(40.0, 4.0, 1.0, 40, 1, 1);
     mesh.nodes.iter_mut().for_each(|x| x.x -= 20.0);
@@ -319,7 +322,7 @@ fn lies_on_a_roll(radius: f64) -> bool {
     unstable == 0
 }
 
-/// Weights set free what the strip falls: its position does not last, though nothing buckles.
+/// Weights release potential energy: the position is unstable, though nothing buckles.
 #[test]
 fn a_strip_with_weights_slides_off_a_roll() {
     assert!([10.0, 100.0].iter().all(|radius| !lies_on_a_roll(*radius)));

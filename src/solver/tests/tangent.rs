@@ -1,5 +1,5 @@
-//! The condensed matrix is the derivative of the residual, of every equation by itself: stick, slip, curvature, held
-//! directions, travel.
+//! The condensed matrix is the derivative of the residual, tested for every equation: stick, slip, curvature,
+//! constrained directions, travel.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,7 +13,7 @@ use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 use crate::solver::{Constraints, Curve, Motion, SheetSide, Simulation};
 
-/// A small block under a ball of Nagata patches, pushed in, turned a little, everything touching that can.
+/// A small block under a ball of Nagata patches, pushed in and slightly rotated, with all admissible contacts active.
 fn pressed(mu: f64, stiffness: Option<f64>) -> System {
     let mesh = rectangle(4.0, 4.0, 2.0, 4, 4, 2);
     let mut constraints = Constraints::none(mesh.nodes.len());
@@ -42,7 +42,7 @@ fn pressed(mu: f64, stiffness: Option<f64>) -> System {
         let inside = clear(foot.eta) && clear(foot.zeta) && foot.location == Location::Inside;
         sys.contact.candidates[k].active = sys.can_touch(k) && inside && sys.lambda(k) > 0.0;
         sys.contact.candidates[k].sliding = false;
-        sys.contact.candidates[k].fresh = true;
+        sys.contact.candidates[k].newly_active = true;
     }
     sys.set_scales(stiffness);
     // Small enough for both branches of the friction law to occur.
@@ -58,7 +58,7 @@ fn update(sys: &mut System) {
 fn residual(sys: &mut System) -> (Vec<f64>, Vec<bool>) {
     update(sys);
     for c in &mut sys.contact.candidates {
-        (c.sliding, c.fresh) = (false, true);
+        (c.sliding, c.newly_active) = (false, true);
     }
     sys.assemble();
     (sys.residual_vector(), sys.conditions.iter().map(|c| c.slipping).collect())
@@ -68,7 +68,8 @@ fn direction(n: usize) -> Vec<f64> {
     (0..n).map(|i| (1.7 * i as f64).sin() + 0.3 * (0.4 * i as f64).cos()).collect()
 }
 
-/// Largest relative difference between the matrix and central differences, and how many nodes slip and stick.
+/// Largest relative difference between the matrix and central differences, and the numbers of slipping and sticking
+/// nodes.
 fn mismatch(mu: f64, stiffness: Option<f64>) -> (f64, usize, usize) {
     let mut sys = pressed(mu, stiffness);
     let (_, states) = residual(&mut sys);
@@ -96,7 +97,7 @@ fn mismatch(mu: f64, stiffness: Option<f64>) -> (f64, usize, usize) {
         sys.tools[0].travel = base.1 + step * travel;
         let (mut f, now) = residual(&mut sys);
         assert_eq!(now, states, "the difference must stay on one branch");
-        // The gap along the normal where the matrix was made, the rest across it.
+        // The gap along the normal of the linearisation point, the other equations across it.
         for ((node, n), &k) in normals.iter().zip(&touching) {
             let now = sys.conditions[k].normal;
             let at = 3 * node..3 * node + 3;

@@ -1,4 +1,4 @@
-//! One element in tension: r values and yield ratios of the paper's steel (Table 1).
+//! One element in tension: r values and yield ratios of the steel of the paper (Table 1).
 
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
@@ -24,13 +24,13 @@ fn stretch(e: &Strain) -> Matrix3<f64> {
     q * Matrix3::from_diagonal(&eigen.eigenvalues.map(f64::exp)) * q.transpose()
 }
 
-/// Of a body that has been turned before.
+/// For a rotated body.
 fn displacement(body: &Body, turn: &Matrix3<f64>, e: &Strain) -> Vec<f64> {
     let u = turn * stretch(e) * turn.transpose() - Matrix3::identity();
     body.mesh().nodes.iter().flat_map(|x| (u * x).as_slice().to_vec()).collect()
 }
 
-/// Stresses that the element's nodal forces stand for: force times change of place by strain, over the volume.
+/// Stresses equivalent to the nodal forces of the element: force times change of position by strain, over the volume.
 fn stresses(body: &mut Body, turn: &Matrix3<f64>, e: &Strain) -> [f64; 6] {
     let mut out = Evaluation::default();
     body.evaluate(&displacement(body, turn, e), Want::Residual, &mut out).unwrap();
@@ -53,7 +53,7 @@ fn stresses(body: &mut Body, turn: &Matrix3<f64>, e: &Strain) -> [f64; 6] {
     })
 }
 
-/// Strains at an axial strain for which only the axial stress is left; and that stress.
+/// Strains at an axial strain for uniaxial stress; and the stress.
 fn tension(body: &mut Body, turn: &Matrix3<f64>, axial: f64) -> (Strain, f64) {
     let mut e = [axial, -0.6 * axial, -0.4 * axial, 0.0, 0.0, 0.0];
     for _ in 0..30 {
@@ -103,9 +103,9 @@ fn r_values_and_yield_ratios_of_one_element_in_tension() {
     }
 }
 
-/// Strips pulled along x at an angle to rolling, which lies in their plane however that has been turned about x.
+/// Strips pulled along x at an angle to the rolling direction, which lies in their plane for any rotation about x.
 #[test]
-fn a_strip_that_stands_upright_is_the_strip_that_lies_down() {
+fn a_vertical_strip_behaves_as_a_horizontal_one() {
     let cards =
         ["mild-steel-neto2012", "aa2090-t3-barlat2005"].map(|name| card::find(name).unwrap());
     for (card, angle) in cards.iter().flat_map(|card| [0.0, 0.6].map(|angle| (card, angle))) {
@@ -119,7 +119,7 @@ fn a_strip_that_stands_upright_is_the_strip_that_lies_down() {
             let mut mesh = flat.clone();
             mesh.nodes.iter_mut().for_each(|x| *x = turn * *x);
             let mut upright = body(mesh, card.build(0.0).unwrap());
-            // What it has across the sheet is left out.
+            // The component normal to the sheet is excluded.
             let rolling = Vec3::new(angle.cos(), angle.sin(), 0.7);
             upright.set_rolling_direction(&(turn * rolling)).unwrap();
             let own = stresses(&mut upright, &turn, &e);
@@ -133,9 +133,10 @@ fn a_strip_that_stands_upright_is_the_strip_that_lies_down() {
     }
 }
 
-/// At two points the square of the height, in which the thickness strain varies, is one number: modes without stiffness.
+/// With two points the square of the height, in which the thickness strain varies, is constant: modes without
+/// stiffness.
 #[test]
-fn solid_shells_take_three_to_nine_points_through_the_thickness() {
+fn solid_shells_accept_three_to_nine_points_through_the_thickness() {
     for points in 1..=10 {
         let kind = ElementKind::SolidShell { points, membrane: true };
         let made = Body::new(rectangle(2.0, 3.0, 0.8, 2, 2, 1), kind, super::steel());

@@ -1,18 +1,18 @@
-//! Tools moved by force that nothing resists: how far a correction may take them, and which node they come to.
+//! Tools driven by force without resistance: limit of their correction, and the first node along their direction.
 
 use super::{body, setup, steel, tool};
 use crate::contact::test_tools::Builder;
 use crate::geometry::Vec3;
 use crate::solver::active_set::driven_tools::{keep_pushed_tools, oppose};
-use crate::solver::newton::solve::bounded_share;
+use crate::solver::newton::solve::step_length_limit;
 use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 use crate::solver::{Constraints, SheetSide, Simulation};
 
-/// A sheet that goes down in stairs of 4 mm, one node each 2 mm, and a rod of radius 2 mm pushed down with its middle at
-/// x = 8.5, z = 10.
+/// A sheet descending in steps of 4 mm, one node every 2 mm, and a rod of radius 2 mm pushed down with its axis at x
+/// = 8.5, z = 10.
 fn rod_over_stairs() -> System {
     let mut mesh = rectangle(20.0, 2.0, 1.0, 10, 1, 1);
     mesh.nodes.iter_mut().for_each(|x| x.z += (2.0 * (10.0 - x.x)).clamp(0.0, 12.0));
@@ -30,9 +30,9 @@ fn rod_over_stairs() -> System {
     sys
 }
 
-/// The node at x = 6 is nearest, and the rod passes it by.
+/// The node at x = 6 is closest, and the rod passes it.
 #[test]
-fn a_force_pushes_a_tool_onto_a_node_in_its_way() {
+fn a_force_moves_a_tool_to_the_first_node_along_its_direction() {
     let mut sys = rod_over_stairs();
     assert_eq!(keep_pushed_tools(&mut sys), 1);
     let (_, touching) = sys.contact.active().next().unwrap();
@@ -41,9 +41,9 @@ fn a_force_pushes_a_tool_onto_a_node_in_its_way() {
     assert!((sys.tools[0].travel - way).abs() < 0.1, "{}", sys.tools[0].travel);
 }
 
-/// A node that has slid round an edge touches a wall that the tool's way goes along, which held the tool as nothing else did.
+/// A node that has slid around an edge touches a wall parallel to the direction of the tool, its only contact.
 #[test]
-fn a_tool_that_touches_with_a_wall_comes_to_the_next_node() {
+fn a_tool_in_contact_with_a_wall_only_moves_to_the_next_node() {
     let mut sys = rod_over_stairs();
     let beside: Vec<usize> = (0..sys.contact.candidates.len())
         .filter(|&k| (sys.position(sys.contact.candidates[k].node).x - 6.0).abs() < 1e-9)
@@ -58,16 +58,16 @@ fn a_tool_that_touches_with_a_wall_comes_to_the_next_node() {
     assert!(at.len() == 1 && (at[0] - 8.0).abs() < 1e-9, "{at:?}");
 }
 
-/// Where the sheet went along with a tool the matrix had nothing but rounding to divide by: it was thrown by 3e16 mm, and no
-/// search from there ended.
+/// If the sheet moves with a tool, the pivot of the matrix is rounding: the correction was 3e16 mm, beyond the range
+/// of the search.
 #[test]
-fn a_correction_throws_no_tool_off() {
+fn a_correction_of_a_tool_is_bounded() {
     let sys = rod_over_stairs();
     let of = |travel: f64| Correction {
         u: vec![0.0; sys.u.len()],
         travels: vec![(0, travel)],
         foretold: Vec::new(),
     };
-    assert!(bounded_share(&sys, &of(-3e16)) * 3e16 < 50.0 * sys.lengths.longest_edge);
-    assert!((bounded_share(&sys, &of(10.0)) - 1.0).abs() < 1e-15);
+    assert!(step_length_limit(&sys, &of(-3e16)) * 3e16 < 50.0 * sys.lengths.longest_edge);
+    assert!((step_length_limit(&sys, &of(10.0)) - 1.0).abs() < 1e-15);
 }

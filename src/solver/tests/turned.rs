@@ -1,4 +1,4 @@
-//! A whole model turned in space, or in another unit of length: the same iterations, the same results.
+//! Invariance of a complete model under rotation and change of the unit of length: same iterations, same results.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use crate::solver::{
     ToolSetup,
 };
 
-/// Element and layers of it.
+/// Element formulation and number of layers.
 type Element = (ElementKind, usize);
 
 const ELEMENTS: [Element; 3] = [
@@ -31,23 +31,23 @@ const ELEMENTS: [Element; 3] = [
 /// Travel of the dome [mm].
 const TRAVEL: f64 = 4.0;
 
-/// What is done to the sheet.
+/// Process.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Process {
-    /// A dome out of the middle is pressed into it, so that nothing is symmetric.
+    /// An off-centre dome is pressed into the sheet, so that nothing is symmetric.
     Drawn,
-    /// A plate is pressed on it from below by a force, then a dome into it right in the middle, and both are taken away.
+    /// A plate is pressed on it from below by a force, then a dome into its centre, and both are removed.
     Released,
-    /// Nothing but friction holds it: it is bent by the dome, out of the middle, over two rails, and let go.
+    /// Only friction holds it: it is bent by an off-centre dome over two rails and released.
     Free,
 }
 
-/// How a model is described.
+/// Description of a model.
 #[derive(Clone, Copy)]
 struct View {
     element: Element,
     turn: Mat3,
-    /// Way from the origin [mm], after turning.
+    /// Shift of the origin [mm], after rotation.
     shift: Vec3,
     /// Length of a millimetre in the unit of the run; forces stay in newtons.
     unit: f64,
@@ -73,14 +73,14 @@ impl View {
         if self.process == Process::Released { 10 } else { 9 }
     }
 
-    /// A way [mm] as the run has it.
-    fn way(&self, x: &Vec3) -> Vec3 {
+    /// A vector [mm] in the frame of the run.
+    fn vector(&self, x: &Vec3) -> Vec3 {
         self.turn * x * self.unit
     }
 
-    /// A place [mm] as the run has it.
-    fn place(&self, x: &Vec3) -> Vec3 {
-        self.way(x) + self.shift * self.unit
+    /// A position [mm] in the frame of the run.
+    fn position(&self, x: &Vec3) -> Vec3 {
+        self.vector(x) + self.shift * self.unit
     }
 }
 
@@ -89,22 +89,22 @@ fn dome(view: &View) -> ToolSetup {
     let middle = match view.process {
         Process::Drawn => [27.0, 31.5],
         Process::Released => [30.0; 2],
-        // Right over a node.
+        // Directly above a node.
         Process::Free => [80.0 / 3.0, 100.0 / 3.0],
     };
     let dome = Builder::new("dome").grid(6, 6, |u, v| {
         let outward = Vec3::new(1.4 * (u - 0.5), 1.4 * (v - 0.5), -1.0).normalize();
-        let place = view.place(&(Vec3::new(middle[0], middle[1], 30.0) + 25.0 * outward));
-        (place, view.turn * outward)
+        let position = view.position(&(Vec3::new(middle[0], middle[1], 30.0) + 25.0 * outward));
+        (position, view.turn * outward)
     });
     let dome = tool("dome", dome.build(), view.turn * -Vec3::z(), SheetSide::Top, 0.1);
     ToolSetup { placement: Placement::Touch, ..dome }
 }
 
-/// A plate of 19 x 19 mm below the middle of the sheet.
+/// A plate of 19 x 19 mm below the centre of the sheet.
 fn plate(view: &View) -> ToolSetup {
-    let along = |x: Vec3| view.way(&(19.0 * x));
-    let corner = view.place(&Vec3::new(20.5, 20.5, 0.0));
+    let along = |x: Vec3| view.vector(&(19.0 * x));
+    let corner = view.position(&Vec3::new(20.5, 20.5, 0.0));
     let up = view.turn * Vec3::z();
     let plate = plane("plate", corner, along(Vec3::x()), along(Vec3::y()), up);
     tool("plate", plate, up, SheetSide::Bottom, 0.1)
@@ -114,8 +114,8 @@ fn plate(view: &View) -> ToolSetup {
 fn rails(view: &View) -> ToolSetup {
     let up = view.turn * Vec3::z();
     let rail = |x: f64| {
-        let along = |x: Vec3| view.way(&x);
-        let corner = view.place(&Vec3::new(x, -5.0, 0.0));
+        let along = |x: Vec3| view.vector(&x);
+        let corner = view.position(&Vec3::new(x, -5.0, 0.0));
         plane("rails", corner, along(10.0 * Vec3::x()), along(70.0 * Vec3::y()), up)
     };
     let mut rails = rail(5.5);
@@ -143,8 +143,8 @@ fn stages(view: &View) -> Vec<Stage> {
     stages
 }
 
-/// A sheet of 60 x 60 x 0.8 mm, clamped all round unless it is free, of anisotropic steel, formed with friction. The
-/// iterations of the increments, and the displacements at the end turned back [mm].
+/// A sheet of 60 x 60 x 0.8 mm, clamped on all sides unless it is free, of anisotropic steel, formed with friction.
+/// Iterations of the increments, and the final displacements rotated back [mm].
 fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
     let (kind, layers) = view.element;
     let mut mesh = rectangle(60.0, 60.0, 0.8, view.cells(), view.cells(), layers);
@@ -158,7 +158,7 @@ fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
             }
         }
     }
-    mesh.nodes.iter_mut().for_each(|x| *x = view.place(x));
+    mesh.nodes.iter_mut().for_each(|x| *x = view.position(x));
     let stress = 1.0 / (view.unit * view.unit);
     let hill = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.5, m: 1.5, n: 1.29 };
     let swift = Hardening::Swift { k: 565.0 * stress, eps0: 0.007, n: 0.26 };
@@ -177,7 +177,7 @@ fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
     let mut iterations = Vec::new();
     let mut sim = Simulation::new(all).unwrap();
     sim.run(&mut |r: &IncrementReport<'_>| {
-        // What is chosen to hold a free sheet let go is held along the axes, whatever way it is turned.
+        // The supports of a released free sheet are along the axes for any rotation.
         if view.process != Process::Free || r.stage == 0 {
             iterations.push(r.iterations);
         }
@@ -188,7 +188,7 @@ fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
     (iterations, sim.displacements().chunks_exact(3).map(back).collect())
 }
 
-/// The models looked at: all processes, of the second with a transition from stick to slip and without.
+/// The models: all processes, of the second with and without transition from stick to slip.
 fn models() -> impl Iterator<Item = View> {
     let ways = [
         (Process::Drawn, 1e-4),
@@ -202,7 +202,7 @@ fn models() -> impl Iterator<Item = View> {
     ELEMENTS.into_iter().flat_map(of)
 }
 
-/// Holds a model against other views of it.
+/// Compares a model with other views of it.
 fn compare(model: &View, others: &[View]) {
     let what = (model.element, model.process, model.transition);
     let (iterations, straight) = stretched(model);
@@ -211,14 +211,15 @@ fn compare(model: &View, others: &[View]) {
         let off = straight.iter().zip(&found).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         println!("{what:?}: {} iterations, off by {off:e} mm", own.iter().sum::<usize>());
         assert_eq!(iterations, own, "{what:?}");
-        // A free sheet let go is held along the axes on the way; solid-shells end 5e-7 mm apart (docs/results/solver.md).
+        // A released free sheet has supports along the axes; solid-shells differ by 5e-7 mm at the end
+        // (docs/results/solver.md).
         let allowed = if model.process == Process::Free { 1e-6 } else { 1e-8 };
         assert!(off < allowed * TRAVEL, "{what:?}: {off:e} mm");
     }
 }
 
 #[test]
-fn a_turned_model_takes_the_same_iterations_to_the_same_result() {
+fn a_rotated_model_has_the_same_iterations_and_result() {
     let axis = Unit::new_normalize(Vec3::new(1.0, -2.0, 0.5));
     let turns = [
         Mat3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0),
@@ -232,17 +233,19 @@ fn a_turned_model_takes_the_same_iterations_to_the_same_result() {
     assert!((deepest - TRAVEL).abs() < 0.2, "{deepest}");
 }
 
-/// By a power of two rounding is the same and any constant with a unit in it shows; by a thousand rounding is another.
+/// With a power of two rounding is the same and any constant with a unit has an effect; with a thousand rounding
+/// differs.
 #[test]
-fn a_model_in_another_unit_of_length_takes_the_same_iterations_to_the_same_result() {
+fn a_model_in_another_unit_of_length_has_the_same_iterations_and_result() {
     for model in models() {
         compare(&model, &[1.0 / 1024.0, 1e-3].map(|unit| View { unit, ..model }));
     }
 }
 
-/// Nodes are rounded as far as the model is from its origin, and that is all the force there is in a free sheet let go.
+/// Nodal positions are rounded according to the distance of the model from its origin; in a released free sheet this
+/// is the only force.
 #[test]
-fn a_free_sheet_far_from_the_origin_is_let_go_as_well() {
+fn a_free_sheet_far_from_the_origin_is_released_too() {
     for element in ELEMENTS {
         let model = View { process: Process::Free, ..View::straight(element) };
         let far = View { shift: Vec3::new(3e4, -2e4, 1e4), ..model };

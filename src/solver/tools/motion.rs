@@ -1,13 +1,13 @@
 //! Motions of tools over a stage.
 
-/// A piecewise linear curve over the share of a stage's time, 0 to 1; constant beyond its ends.
+/// Piecewise linear curve over the fraction of the time of a stage, 0 to 1; constant beyond its ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     points: Vec<(f64, f64)>,
 }
 
 impl Curve {
-    /// From `points` (share of the stage, value); sorted by share; no points mean zero throughout.
+    /// From `points` (fraction of the stage, value), sorted by fraction; without points zero throughout.
     #[must_use]
     pub fn new(mut points: Vec<(f64, f64)>) -> Self {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -20,13 +20,13 @@ impl Curve {
         Self::new(vec![(0.0, from), (1.0, to)])
     }
 
-    /// Linear to `to` from what there is when the stage begins.
+    /// Linear to `to` from the value at the start of the stage.
     #[must_use]
     pub fn to(to: f64) -> Self {
         Self::new(vec![(1.0, to)])
     }
 
-    /// The curve of a stage that begins with `start`: that is its value at share 0 where it says none itself.
+    /// Curve of a stage with initial value `start`, which applies if the curve has no point at fraction 0.
     #[must_use]
     pub fn starting_at(&self, start: f64) -> Self {
         let mut points = self.points.clone();
@@ -36,7 +36,7 @@ impl Curve {
         Self { points }
     }
 
-    /// The same value throughout.
+    /// Constant value.
     #[must_use]
     pub fn constant(value: f64) -> Self {
         Self::new(vec![(0.0, value)])
@@ -50,82 +50,85 @@ impl Curve {
         if self.points.is_empty() { [0.0; 2] } else { all }
     }
 
-    /// Shares inside the stage at which the curve turns: points without which it would be another, not those of a dense table
-    /// of a smooth one.
+    /// Fractions inside the stage at which the slope of the curve changes. Points within a tolerance of a straight
+    /// line, as in a dense table of a smooth curve, are not corners.
     pub(in crate::solver) fn corners(&self) -> Vec<f64> {
-        const TURN_TOLERANCE: f64 = 1e-3;
+        const CORNER_TOLERANCE_REL: f64 = 1e-3;
         let [low, high] = self.extent();
-        let off = TURN_TOLERANCE * (high - low);
+        let tolerance = CORNER_TOLERANCE_REL * (high - low);
         let mut out = Vec::new();
         let mut points = self.points.iter();
         let Some(mut from) = points.next() else { return out };
         out.push(from.0);
-        // Slopes of the lines from the last corner that pass no point since by more.
-        let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
+        // Slopes of the lines from the last corner that pass all later points within the tolerance.
+        let (mut slope_min, mut slope_max) = (f64::NEG_INFINITY, f64::INFINITY);
         let mut before = from;
         for point in points {
             let slope = |value: f64| (value - from.1) / (point.0 - from.0);
-            if !(least..=most).contains(&slope(point.1)) {
-                (from, least, most) = (before, f64::NEG_INFINITY, f64::INFINITY);
+            if !(slope_min..=slope_max).contains(&slope(point.1)) {
+                (from, slope_min, slope_max) = (before, f64::NEG_INFINITY, f64::INFINITY);
                 out.push(from.0);
             }
             let slope = |value: f64| (value - from.1) / (point.0 - from.0);
-            (least, most) = (least.max(slope(point.1 - off)), most.min(slope(point.1 + off)));
+            (slope_min, slope_max) = (
+                slope_min.max(slope(point.1 - tolerance)),
+                slope_max.min(slope(point.1 + tolerance)),
+            );
             before = point;
         }
-        out.retain(|share| *share > 0.0 && *share < 1.0);
+        out.retain(|fraction| *fraction > 0.0 && *fraction < 1.0);
         out
     }
 
-    /// How fast it rises just before and just after `share`.
-    pub(in crate::solver) fn rates(&self, share: f64) -> [f64; 2] {
-        const SHARE_STEP: f64 = 1e-6;
-        let now = self.at(share);
-        [now - self.at(share - SHARE_STEP), self.at(share + SHARE_STEP) - now]
-            .map(|change| change / SHARE_STEP)
+    /// One-sided slopes just before and just after `fraction`.
+    pub(in crate::solver) fn rates(&self, fraction: f64) -> [f64; 2] {
+        const RATE_STEP: f64 = 1e-6;
+        let now = self.at(fraction);
+        [now - self.at(fraction - RATE_STEP), self.at(fraction + RATE_STEP) - now]
+            .map(|change| change / RATE_STEP)
     }
 
-    /// Value at `share` of the stage.
+    /// Value at `fraction` of the stage.
     #[must_use]
-    pub fn at(&self, share: f64) -> f64 {
-        let after = self.points.partition_point(|p| p.0 <= share);
+    pub fn at(&self, fraction: f64) -> f64 {
+        let after = self.points.partition_point(|p| p.0 <= fraction);
         match (after.checked_sub(1).map(|k| self.points[k]), self.points.get(after)) {
             (None, None) => 0.0,
             (None, Some(first)) => first.1,
             (Some(last), None) => last.1,
-            (Some((t0, v0)), Some(&(t1, v1))) => v0 + (v1 - v0) * (share - t0) / (t1 - t0),
+            (Some((t0, v0)), Some(&(t1, v1))) => v0 + (v1 - v0) * (fraction - t0) / (t1 - t0),
         }
     }
 }
 
-/// What a tool does during a stage. A curve whose first share is above 0 comes from the travel, or the force, that the tool
-/// has when the stage begins.
+/// Motion of a tool during a stage. A curve whose first fraction is above 0 starts from the travel or force at the
+/// start of the stage.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Motion {
-    /// Stays where it is.
+    /// No motion.
     Hold,
     /// Travel along its direction since the start of the run [mm].
     Travel(Curve),
     /// Travel along its direction since the start of the stage [mm].
     Advance(Curve),
-    /// Force pushing it along its direction [N], of the whole process; its travel follows.
+    /// Force along the direction [N], of the complete process; the travel is an unknown.
     Force(Curve),
-    /// Held by a spring: pushes along its direction with `force - stiffness * travel`, travel since the start of the run
-    /// [N, N/mm], of the whole process; its travel follows.
+    /// Spring: pushes along the direction with `force - stiffness * travel`, with the travel since the start of the
+    /// run [N, N/mm], of the complete process; the travel is an unknown.
     Spring {
         /// Force at travel zero.
         force: Curve,
         /// Stiffness, > 0.
         stiffness: f64,
     },
-    /// Taken away: its forces on the sheet fall linearly to zero over the stage (springback).
+    /// Removed: its forces on the sheet decrease linearly to zero over the stage (springback).
     Release,
-    /// Not there.
+    /// Absent.
     Absent,
 }
 
 impl Motion {
-    /// The curve that it follows, if it does.
+    /// Curve of the motion, if it has one.
     pub(in crate::solver) fn curve(&self) -> Option<&Curve> {
         match self {
             Self::Travel(curve) | Self::Advance(curve) | Self::Force(curve) => Some(curve),
@@ -158,7 +161,8 @@ mod tests {
         assert_eq!(corners(&pulse), [0.49, 0.5, 0.51]);
         let line = |k: u32| (f64::from(k) / 1e5, f64::from(k));
         assert_eq!(corners(&(0..=100_000).map(line).collect::<Vec<_>>()), [] as [f64; 0]);
-        // A thousand points of half a sine are as many straight stretches as it takes to keep to a thousandth of it.
+        // A thousand points of half a sine wave reduce to the straight lines needed for an accuracy of one
+        // thousandth.
         let sine =
             |k: u32| (f64::from(k) / 1e3, (f64::from(k) * 1e-3 * std::f64::consts::PI).sin());
         let few = corners(&(0..=1000).map(sine).collect::<Vec<_>>()).len();

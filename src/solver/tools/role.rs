@@ -1,20 +1,20 @@
-//! What drives a tool: its travel, a force, or nothing.
+//! Control of a tool in an increment: travel, force, spring, or absent.
 
-/// What a tool is during the present increment.
+/// Control of a tool during the current increment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::solver) enum Role {
-    /// Not there.
+    /// Absent.
     Absent,
-    /// Stands at its travel.
+    /// Prescribed travel.
     Travel,
-    /// Pushes with this force along its direction [N], of the modelled part; its travel is unknown.
+    /// Prescribed force along the direction [N], of the modelled part; the travel is an unknown.
     Force(f64),
-    /// Pushes with `force - stiffness * travel` [N, N/mm], of the modelled part; its travel is unknown.
+    /// Spring force `force - stiffness * travel` [N, N/mm], of the modelled part; the travel is an unknown.
     Spring { force: f64, stiffness: f64 },
 }
 
 impl Role {
-    /// Force with which a tool whose travel is unknown is to push at that travel [N].
+    /// Prescribed force at the given travel [N] of a tool with unknown travel.
     pub(in crate::solver) fn push(self, travel: f64) -> Option<f64> {
         match self {
             Self::Force(force) => Some(force),
@@ -23,7 +23,7 @@ impl Role {
         }
     }
 
-    /// How much less it pushes a travel of one farther on [N/mm].
+    /// Decrease of the force per travel [N/mm].
     pub(in crate::solver) fn stiffness(self) -> f64 {
         if let Self::Spring { stiffness, .. } = self { stiffness } else { 0.0 }
     }

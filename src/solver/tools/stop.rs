@@ -1,15 +1,15 @@
-//! Where a tool that goes by force stops.
+//! Stop of a tool driven by force.
 
-/// Where a tool is held up.
+/// Stop of a tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::solver) struct Stop {
-    /// Travel past which it does not go [mm]; infinite without a stop.
+    /// Maximum travel [mm]; infinite without a stop.
     pub(in crate::solver) at: f64,
-    /// It rests there.
+    /// The tool is at its stop.
     pub(in crate::solver) reached: bool,
 }
 
 impl Stop {
-    /// A tool that nothing holds up.
+    /// No stop.
     pub(in crate::solver) const NONE: Self = Self { at: f64::INFINITY, reached: false };
 }

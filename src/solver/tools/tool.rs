@@ -1,14 +1,14 @@
-//! Rigid tools: where they are, how they move, which nodes they may touch.
+//! Rigid tools: position, motion and the faces of the sheet they may touch.
 
 use std::sync::Arc;
 
-use super::way::way_to;
+use super::way::distance_along;
 use crate::contact::{Projection, ToolSurface};
 use crate::geometry::{Aabb, Vec3};
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::tool::Patch;
 
-/// Faces of the sheet a tool may touch.
+/// Faces of the sheet that a tool may touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SheetSide {
     /// Nodes of the top face.
@@ -20,7 +20,7 @@ pub enum SheetSide {
 }
 
 impl SheetSide {
-    /// Nodes of a mesh that lie there.
+    /// Nodes of a mesh on these faces.
     #[must_use]
     pub fn nodes(self, mesh: &HexMesh) -> Vec<u32> {
         match self {
@@ -31,45 +31,45 @@ impl SheetSide {
     }
 }
 
-/// Where a tool stands when the run begins.
+/// Position of a tool at the start of the run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Placement {
-    /// Where its file puts it, shifted by the tool's `offset`.
+    /// At the position in its file, shifted by its `offset`.
     AsGiven,
-    /// From there, moved along its direction until it just touches the undeformed sheet.
+    /// Moved from there along its direction until it touches the undeformed sheet.
     Touch,
 }
 
-/// A tool as the scene gives it.
+/// Definition of a tool in the scene.
 #[derive(Clone)]
 pub struct ToolSetup {
-    /// Name in the history and in messages.
+    /// Name in history and messages.
     pub name: String,
-    /// Its surface; may be shared between tools.
+    /// Surface; may be shared between tools.
     pub surface: Arc<ToolSurface>,
-    /// Shift from the tool file's frame to the world at travel zero [mm].
+    /// Shift from the frame of the tool file to the world at travel zero [mm].
     pub offset: Vec3,
     /// Unit vector of positive travel, towards the sheet.
     pub direction: Vec3,
-    /// Where it stands at the start.
+    /// Position at the start.
     pub placement: Placement,
-    /// Coulomb's coefficient, >= 0.
+    /// Coulomb friction coefficient, >= 0.
     pub friction: f64,
-    /// Nodes it may touch.
+    /// Faces it may touch.
     pub side: SheetSide,
-    /// Travel past which no force and no spring moves it [mm], where it has a stop.
+    /// Maximum travel under a force or spring [mm], if it has a stop.
     pub stop: Option<f64>,
 }
 
-/// Cosine between a tool's way and the normal of a wall that the way goes along.
-const WALL_COS: f64 = 1e-3;
+/// Cosine between the direction of a tool and a normal below which the surface is a wall parallel to the direction.
+const WALL_NORMAL_COS: f64 = 1e-3;
 
 impl ToolSetup {
-    /// What is likely to be wrong with a tool that cannot be placed touching nodes at `points` [mm], and what to do.
-    pub(in crate::solver) fn why_not_touching(&self, points: &[Vec3]) -> String {
-        /// Ratio of sizes from which one of the two is in another unit.
+    /// Message for a tool that cannot be placed at the nodes `points` [mm]: probable cause and remedy.
+    pub(in crate::solver) fn placement_remedy(&self, points: &[Vec3]) -> String {
+        /// Ratio of sizes above which one of them has probably another unit.
         const UNIT_RATIO: f64 = 100.0;
-        let mut said = if self.looks_back() {
+        let mut message = if self.looks_back() {
             "its foremost faces look away from the sheet: turn their normals round, or its `direction`, which points towards the sheet"
         } else {
             "check its `direction`, or put it there with `place`"
@@ -77,14 +77,14 @@ impl ToolSetup {
         .to_owned();
         let [sheet, own] = [Aabb::of_points(points), self.surface.bounds()].map(|b| b.diagonal());
         if (sheet / own).max(own / sheet) >= UNIT_RATIO {
-            said += &format!(
+            message += &format!(
                 ". The sheet is {sheet:.3} mm across and the tool {own:.3} mm: check the units"
             );
         }
-        said
+        message
     }
 
-    /// Whether its face foremost along its direction looks back: a tool turned inside out, or turned round.
+    /// Whether the foremost patch along the direction faces away from the sheet: the tool is inverted or rotated.
     pub(in crate::solver) fn looks_back(&self) -> bool {
         let seen = |patch: &Patch| {
             let (eta, zeta) = (0.5, 0.25);
@@ -96,7 +96,7 @@ impl ToolSetup {
     }
 }
 
-/// A tool during the run.
+/// State of a tool during the run.
 #[derive(Clone)]
 pub(in crate::solver) struct Tool {
     pub(in crate::solver) setup: ToolSetup,
@@ -105,22 +105,22 @@ pub(in crate::solver) struct Tool {
 }
 
 impl Tool {
-    /// Shift from the tool's frame to the world now [mm].
+    /// Current shift from the frame of the tool to the world [mm].
     pub(in crate::solver) fn shift(&self) -> Vec3 {
         self.setup.offset + self.setup.direction * self.travel
     }
 
-    /// Closest point for a world point; the foot stays in the tool's frame.
+    /// Closest point for a world point; the foot point is in the frame of the tool.
     pub(in crate::solver) fn closest(&self, x: &Vec3, hint: Option<u32>) -> Projection {
         self.setup.surface.closest(&(x - self.shift()), hint)
     }
 
-    /// The same where the tool is not farther than `reach` [mm]; else nowhere.
+    /// As [`Tool::closest`] within a distance of `reach` [mm]; no foot point beyond.
     pub(in crate::solver) fn within(&self, x: &Vec3, hint: Option<u32>, reach: f64) -> Projection {
         self.setup.surface.within(&(x - self.shift()), hint, reach)
     }
 
-    /// Projection on the patch of `from` carried on past its sides; `None` when too far past.
+    /// Projection onto the extension of the patch of `from`; `None` if too far beyond its sides.
     pub(in crate::solver) fn extended_projection(
         &self,
         x: &Vec3,
@@ -129,11 +129,11 @@ impl Tool {
         self.setup.surface.extended_projection(&(x - self.shift()), from)
     }
 
-    /// Moves `offset` along the direction until the smallest gap to `points` is zero; returns the shift
-    /// along the direction [mm], or `None` when the tool passes by every point.
+    /// Moves `offset` along the direction until the smallest gap to `points` is zero. Returns the shift along the
+    /// direction [mm], or `None` if the tool passes all points.
     ///
-    /// The tool starts clear of the points and comes nearer by the smallest gap each time (no point can be
-    /// reached earlier); the last steps are Newton's.
+    /// The tool starts clear of the points and advances by the smallest gap in each iteration (no point can be
+    /// reached earlier); the last iterations are Newton steps.
     pub(in crate::solver) fn place_touching(&mut self, points: &[Vec3]) -> Option<f64> {
         let d = self.setup.direction;
         let start = self.setup.offset;
@@ -150,9 +150,9 @@ impl Tool {
         for step in 0..500 {
             self.setup.offset = start + d * along;
             let Some((gap, rate)) = self.smallest_gap(points, size) else {
-                // Its walls may stand around the sheet, and what faces it lie behind them.
-                let far = if step == 0 { self.way_to(points, size) } else { None };
-                along += far?;
+                // Walls of the tool may surround the sheet, with the facing surface behind them.
+                let distance = if step == 0 { self.distance_along(points, size) } else { None };
+                along += distance?;
                 continue;
             };
             if gap.abs() <= 1e-13 * size {
@@ -163,36 +163,38 @@ impl Tool {
         None
     }
 
-    /// How far the tool is from the first of the points along its direction [mm].
-    fn way_to(&self, points: &[Vec3], size: f64) -> Option<f64> {
+    /// Distance along the direction to first contact with one of the points [mm].
+    fn distance_along(&self, points: &[Vec3], size: f64) -> Option<f64> {
         use rayon::prelude::*;
         let (surface, direction) = (&self.setup.surface, self.setup.direction);
         let sheet = Aabb::of_points(points).diagonal();
-        let ways = points.par_iter().filter_map(|x| {
+        let distances = points.par_iter().filter_map(|x| {
             let place = x - self.shift();
-            way_to(surface, &place, &direction, [2.0 * (size + sheet), 0.01 * size], |_| true)
+            distance_along(surface, &place, &direction, [2.0 * (size + sheet), 0.01 * size], |_| {
+                true
+            })
         });
-        let least = ways.reduce(|| f64::INFINITY, f64::min);
-        least.is_finite().then_some(least)
+        let smallest = distances.reduce(|| f64::INFINITY, f64::min);
+        smallest.is_finite().then_some(smallest)
     }
 
-    /// Smallest gap to the points that lie over the tool, and how fast travel closes it; not to walls that the way goes along.
-    /// Looks near first.
+    /// Smallest gap to the points above the tool and its rate per travel, excluding walls parallel to the direction.
+    /// Small search radii are tried first.
     fn smallest_gap(&self, points: &[Vec3], size: f64) -> Option<(f64, f64)> {
         use rayon::prelude::*;
-        [0.02, 0.1, 0.5, 4.0].iter().find_map(|share| {
+        [0.02, 0.1, 0.5, 4.0].iter().find_map(|radius_ratio| {
             let all: Vec<(f64, f64)> = points
                 .par_iter()
                 .map(|x| {
-                    let foot = self.within(x, None, share * size);
+                    let foot = self.within(x, None, radius_ratio * size);
                     let rate = foot.normal.dot(&self.setup.direction);
-                    let is_wall = foot.gap > 0.0 && rate < WALL_COS;
+                    let is_wall = foot.gap > 0.0 && rate < WALL_NORMAL_COS;
                     let gap = if foot.past_border || is_wall { f64::INFINITY } else { foot.gap };
                     (gap, rate)
                 })
                 .collect();
-            let least = all.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a });
-            least.filter(|g| g.0.is_finite())
+            let smallest = all.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a });
+            smallest.filter(|g| g.0.is_finite())
         })
     }
 }
@@ -205,7 +207,7 @@ mod tests {
     use crate::contact::test_tools::{arc, revolved};
     use crate::solver::sheet::hex_mesh::rectangle;
 
-    /// Tries to place a ball on a sheet of 4 x 4 mm from above: how far it was moved, or why not.
+    /// Places a ball on a sheet of 4 x 4 mm from above: shift, or message.
     fn placed(radius: f64, side: f64) -> Result<f64, String> {
         let profile = [arc(12, [0.0, radius], radius, [-FRAC_PI_2, FRAC_PI_2], side)];
         let setup = ToolSetup {
@@ -219,7 +221,7 @@ mod tests {
             stop: None,
         };
         let points = rectangle(4.0, 4.0, 1.0, 4, 4, 1).nodes;
-        let why = setup.why_not_touching(&points);
+        let why = setup.placement_remedy(&points);
         Tool { setup, travel: 0.0 }.place_touching(&points).ok_or(why)
     }
 

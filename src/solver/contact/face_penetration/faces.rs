@@ -1,4 +1,4 @@
-//! Faces of the elements that a tool may touch, and the depth of a point behind them.
+//! Element faces that a tool may touch, and the depth of a point behind them.
 
 use std::collections::HashMap;
 
@@ -10,14 +10,15 @@ use crate::solver::tools::tool::SheetSide;
 /// Local nodes of the faces of an element, counter-clockwise seen from outside.
 const FACES: [[usize; 4]; 6] =
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
-/// Distances that are the same, over the length of a face: feet on a common side of two faces.
-const SAME_FOOT_REL: f64 = 1e-9;
-/// Cosine between a point's offset and the face's normal below which the point lies beside the face, not behind it.
+/// Distance of foot points that count as equal, over the length of a face: foot points on a common side of two faces.
+const FOOT_TOLERANCE_REL: f64 = 1e-9;
+/// Minimum cosine between the offset of a point and the face normal for the point to lie behind the face; otherwise
+/// it lies beside it.
 const BEHIND_COS: f64 = 0.5;
-/// The same over the free border of the faces, where all that is not straight behind lies beside the sheet.
+/// As [`BEHIND_COS`] at the free border of the faces, where points not exactly behind the face lie beside the sheet.
 const BEHIND_BORDER_COS: f64 = 1.0 - 1e-9;
 
-/// A face: its nodes, counter-clockwise seen from outside, and which of its sides no other face has.
+/// A face: its nodes, counter-clockwise seen from outside, and which of its sides are on the free border.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::solver) struct Face {
     nodes: [u32; 4],
@@ -25,13 +26,13 @@ pub(in crate::solver) struct Face {
 }
 
 impl Face {
-    /// Its corners, nodes being at `x` [mm].
+    /// Corners of the face with nodes at `x` [mm].
     pub(in crate::solver) fn corners(&self, x: &[Vec3]) -> [Vec3; 4] {
         self.nodes.map(|n| x[n as usize])
     }
 }
 
-/// Outer faces of a mesh on a side of the sheet; of a mesh without columns all outer faces.
+/// Outer faces of a mesh on one side of the sheet; all outer faces of a mesh without columns.
 pub(in crate::solver) fn faces_of(mesh: &HexMesh, side: SheetSide) -> Vec<Face> {
     let levels = mesh.nodes_per_column;
     let mut all: Vec<[u32; 4]> =
@@ -63,7 +64,7 @@ pub(in crate::solver) fn faces_of(mesh: &HexMesh, side: SheetSide) -> Vec<Face> 
     all.iter().map(|f| Face { nodes: *f, border: border(f) }).collect()
 }
 
-/// Faces where they are now.
+/// Faces in the current configuration.
 pub(in crate::solver) struct Faces<'a> {
     faces: &'a [Face],
     corners: Vec<[Vec3; 4]>,
@@ -71,7 +72,7 @@ pub(in crate::solver) struct Faces<'a> {
     bounds: Aabb,
 }
 
-/// The nearest point of the faces: its squared distance [mm²], the sum of the normals of the faces that have it, and whether it
+/// Closest point of the faces: squared distance [mm²], sum of the normals of the faces that share it, and whether it
 /// lies on the free border.
 struct Nearest {
     square: f64,
@@ -92,8 +93,8 @@ impl<'a> Faces<'a> {
         self.bounds
     }
 
-    /// Depth of a point of a tool with this outward normal behind the nearest face, up to `reach` [mm]; 0 in front of it, beside
-    /// the sheet, and where the tool looks the way that the face does.
+    /// Depth [mm] of a point of a tool with outward normal `normal` behind the closest face, up to `reach`. Zero in
+    /// front of the face, beside the sheet, and where both normals point in the same direction.
     pub(in crate::solver) fn depth(&self, p: &Vec3, normal: &Vec3, reach: f64) -> f64 {
         let mut best = Nearest {
             square: reach * reach,
@@ -102,8 +103,8 @@ impl<'a> Faces<'a> {
             border: false,
         };
         self.tree.nearest(p, reach * reach, |k, _| {
-            self.offer(k as usize, p, &mut best);
-            best.square * (1.0 + SAME_FOOT_REL)
+            self.update_closest(k as usize, p, &mut best);
+            best.square * (1.0 + FOOT_TOLERANCE_REL)
         });
         let Some(out) = best.normal.try_normalize(0.0) else { return 0.0 };
         let offset = best.foot - p;
@@ -112,20 +113,20 @@ impl<'a> Faces<'a> {
         if normal.dot(&out) < 0.0 && offset.dot(&out) > behind * depth { depth } else { 0.0 }
     }
 
-    /// The nearest point of face `k` in place of the best, or its normal added to that of the same point.
-    fn offer(&self, k: usize, p: &Vec3, best: &mut Nearest) {
+    /// Replaces the best point by that of face `k` if it is closer; adds the normal if both points coincide.
+    fn update_closest(&self, k: usize, p: &Vec3, best: &mut Nearest) {
         let corners = &self.corners[k];
         let (foot, at) = closest(corners, p);
         let square = (foot - p).norm_squared();
         let length = (corners[2] - corners[0]).norm();
-        let same = SAME_FOOT_REL * length * (length + best.square.sqrt());
+        let same = FOOT_TOLERANCE_REL * length * (length + best.square.sqrt());
         if square > best.square + same {
             return;
         }
         let normal = normal(corners, at).try_normalize(0.0).unwrap_or_default();
         let border = self.is_on_border(k, at);
-        let shared =
-            best.normal != Vec3::zeros() && (foot - best.foot).norm() <= SAME_FOOT_REL * length;
+        let shared = best.normal != Vec3::zeros()
+            && (foot - best.foot).norm() <= FOOT_TOLERANCE_REL * length;
         if shared {
             best.normal += normal;
             best.border &= border;
@@ -141,7 +142,7 @@ impl<'a> Faces<'a> {
     }
 }
 
-/// Weights of the corners of a bilinear surface at `(u, v)` of the unit square.
+/// Bilinear shape functions at `(u, v)` of the unit square.
 fn weights([u, v]: [f64; 2]) -> [f64; 4] {
     [(1.0 - u) * (1.0 - v), u * (1.0 - v), u * v, (1.0 - u) * v]
 }
@@ -154,19 +155,19 @@ fn tangents(c: &[Vec3; 4], [u, v]: [f64; 2]) -> [Vec3; 2] {
     [(c[1] - c[0]) * (1.0 - v) + (c[2] - c[3]) * v, (c[3] - c[0]) * (1.0 - u) + (c[2] - c[1]) * u]
 }
 
-/// Normal of a bilinear surface, of no particular length.
+/// Normal of a bilinear surface, not normalised.
 fn normal(corners: &[Vec3; 4], at: [f64; 2]) -> Vec3 {
     let [a, b] = tangents(corners, at);
     a.cross(&b)
 }
 
-/// Closest point of a bilinear surface and its parameters in the unit square: Gauss-Newton steps from the middle, then lines of
-/// either parameter in turn, along which the surface is straight and the minimum exact.
+/// Closest point of a bilinear surface and its parameters in the unit square. Gauss-Newton steps from the centre
+/// alternate with exact minimisation along each parameter, in which the surface is linear.
 fn closest(corners: &[Vec3; 4], p: &Vec3) -> (Vec3, [f64; 2]) {
-    /// Steps: a face warped by less than its length is at its minimum to rounding after a few.
-    const STEPS: usize = 8;
+    /// Iterations: a face warped by less than its length converges to rounding in a few.
+    const ITERATIONS_MAX: usize = 8;
     let mut at = [0.5, 0.5];
-    for _ in 0..STEPS {
+    for _ in 0..ITERATIONS_MAX {
         let r = p - point(corners, at);
         let [a, b] = tangents(corners, at);
         let (aa, ab, bb) = (a.dot(&a), a.dot(&b), b.dot(&b));
@@ -183,22 +184,22 @@ fn closest(corners: &[Vec3; 4], p: &Vec3) -> (Vec3, [f64; 2]) {
         }
         at = next;
         for axis in [0, 1] {
-            at[axis] = along(corners, p, at, axis);
+            at[axis] = minimise_along(corners, p, at, axis);
         }
     }
     (point(corners, at), at)
 }
 
-/// The minimum of the distance along one parameter, the other kept.
-fn along(corners: &[Vec3; 4], p: &Vec3, at: [f64; 2], axis: usize) -> f64 {
+/// Minimiser of the distance along one parameter with the other fixed.
+fn minimise_along(corners: &[Vec3; 4], p: &Vec3, at: [f64; 2], axis: usize) -> f64 {
     let mut from = at;
     from[axis] = 0.0;
-    let way = tangents(corners, at)[axis];
-    let square = way.norm_squared();
+    let tangent = tangents(corners, at)[axis];
+    let square = tangent.norm_squared();
     if square == 0.0 {
         return at[axis];
     }
-    ((p - point(corners, from)).dot(&way) / square).clamp(0.0, 1.0)
+    ((p - point(corners, from)).dot(&tangent) / square).clamp(0.0, 1.0)
 }
 
 #[cfg(test)]
@@ -235,7 +236,7 @@ mod tests {
         assert_eq!(faces_of(&mesh, SheetSide::Both).len(), 24);
         let faces = Faces::new(&all, &mesh.nodes);
         let depth = |x: f64, y: f64, z: f64| faces.depth(&Vec3::new(x, y, z), &-Vec3::z(), 2.0);
-        // Inside a face, on a common side and corner, at the border, beside it, in front, out of reach.
+        // Inside a face, on a common side and corner, at the border, beside it, in front, out of range.
         for (x, y, z, expected) in [
             (3.1, 2.7, 0.7, 0.3),
             (4.0, 2.7, 0.4, 0.6),
@@ -247,7 +248,7 @@ mod tests {
         ] {
             assert!((depth(x, y, z) - expected).abs() < 1e-12, "{x} {y} {z}");
         }
-        // The back of a tool.
+        // Back of a tool.
         assert_eq!(faces.depth(&Vec3::new(3.0, 3.0, 0.5), &Vec3::z(), 2.0), 0.0);
     }
 }

@@ -1,7 +1,9 @@
-//! Convex features of a tool that may lie between nodes: radii that are small for the elements, sharp edges, corners, borders.
+//! Convex features of a tool that may lie between nodes: radii small compared with the elements, sharp edges,
+//! corners, borders.
 //!
-//! A patch with a convex radius below [`SAMPLED_RADIUS_REL`] element lengths is sampled on a grid; of the others, which the points of the
-//! faces see, sides on the border of the tool and sides between patches with different normals.
+//! A patch with a convex radius below [`SAMPLED_RADIUS_REL`] element lengths is sampled on a grid. Of other patches,
+//! which the points of the faces detect, only the sides on the border of the tool and between patches with different
+//! normals are sampled.
 
 use std::collections::HashMap;
 
@@ -11,25 +13,26 @@ use crate::contact::ToolSurface;
 use crate::geometry::{Aabb, Vec3};
 use crate::tool::Patch;
 
-/// Convex radius over the element length below which a patch is sampled. A face of width w on a radius of 2 w lies in the tool by
-/// w/16 in its middle, which the points of the face find to a quarter wherever the arc touches.
+/// Convex radius over the element length below which a patch is sampled. A face of width w on a radius of 2 w
+/// penetrates by w/16 at its middle. The points of the face find this depth to within a quarter, for any contact
+/// point of the arc.
 const SAMPLED_RADIUS_REL: f64 = 2.0;
-/// Distance of samples over the element length, and the angle between their normals [rad]: the depth of an arc is found to 0.2 %
-/// of its radius. Halved, there are up to four times as many points.
-const SPACING_REL: f64 = 0.25;
-const SAMPLE_ANGLE: f64 = 0.125;
-/// Cosine of the angle between the normals of two patches from which their common side is an edge (1 degree).
-const SMOOTH_COS: f64 = 0.9998;
-/// Samples of a tool, at most: beyond, they are set farther apart. They take 48 bytes each.
-const MAX_SAMPLES: f64 = 5e5;
+/// Spacing of samples over the element length, and angle between their normals [rad]. They find the depth of an arc
+/// to 0.2 % of its radius; half of each needs up to four times as many points.
+const SAMPLE_SPACING_REL: f64 = 0.25;
+const SAMPLE_ANGLE_MAX: f64 = 0.125;
+/// Cosine of the angle between the normals of two patches below which their common side is an edge (1 degree).
+const EDGE_NORMAL_COS: f64 = 0.9998;
+/// Maximum number of samples of a tool, 48 bytes each; beyond, the spacing is increased.
+const SAMPLES_MAX: f64 = 5e5;
 
-/// Points of the features with the normals of their patches, in the tool's frame [mm].
+/// Sample points with the normals of their patches, in the frame of the tool [mm].
 #[derive(Debug, Clone, Default)]
 pub(in crate::solver) struct Features {
     pub(in crate::solver) points: Vec<(Vec3, Vec3)>,
 }
 
-/// What of a patch is sampled: samples along its two parameters on a grid, or along its sides.
+/// Sampling of a patch: numbers of intervals along its two parameters on a grid, or along its sides.
 #[derive(Debug, Clone, Copy)]
 struct Plan {
     patch: usize,
@@ -45,24 +48,24 @@ impl Plan {
 }
 
 impl Features {
-    /// Features of what a tool's search knows, for elements at most `longest_edge` [mm] long.
+    /// Features of the searchable part of a tool for elements at most `longest_edge` [mm] long.
     pub(in crate::solver) fn of(surface: &ToolSurface, longest_edge: f64) -> Self {
         let patches = &surface.model().patches;
-        let known: Vec<bool> = surface.patch_bounds().iter().map(|b| !b.is_empty()).collect();
-        let edges = sharp_sides(patches, &known, surface.bounds());
+        let searchable: Vec<bool> = surface.patch_bounds().iter().map(|b| !b.is_empty()).collect();
+        let edges = sharp_sides(patches, &searchable, surface.bounds());
         let plan = |patch: usize| {
-            known[patch].then(|| plan_of(patches, patch, &edges[patch], longest_edge))
+            searchable[patch].then(|| plan_of(patches, patch, &edges[patch], longest_edge))
         };
         let plans: Vec<Plan> = (0..patches.len()).into_par_iter().filter_map(plan).collect();
         let count: f64 = plans.iter().map(Plan::count).sum();
-        let coarser = (count / MAX_SAMPLES).max(1.0);
+        let coarser = (count / SAMPLES_MAX).max(1.0);
         let points: Vec<Vec<(Vec3, Vec3)>> =
             plans.par_iter().map(|plan| sample(&patches[plan.patch], plan, coarser)).collect();
         Self { points: points.concat() }
     }
 }
 
-/// Parameters of the corner `k` of a patch, and of the ends of its side `k`.
+/// Parameters of corner `k` of a patch.
 fn corner(patch: &Patch, k: usize) -> [f64; 2] {
     let all: &[[f64; 2]] = if patch.sides() == 3 {
         &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]
@@ -77,11 +80,12 @@ fn on_side(patch: &Patch, k: usize, t: f64) -> [f64; 2] {
     [0, 1].map(|i| a[i] + (b[i] - a[i]) * t)
 }
 
-/// Sides of every patch on the border of the tool or at an edge, found by their middles.
-fn sharp_sides(patches: &[Patch], known: &[bool], bounds: Aabb) -> Vec<[bool; 4]> {
-    /// Middles that are the same, over the size of the tool. One that falls on a border of two cells makes a side too many.
-    const SAME_MIDDLE_REL: f64 = 1e-6;
-    let cell = (SAME_MIDDLE_REL * bounds.diagonal()).max(f64::MIN_POSITIVE);
+/// Sides of every patch on the border of the tool or at an edge, identified by their midpoints.
+fn sharp_sides(patches: &[Patch], searchable: &[bool], bounds: Aabb) -> Vec<[bool; 4]> {
+    /// Size of the cells that identify equal midpoints, over the size of the tool. A midpoint on the border of two
+    /// cells gives one side too many.
+    const MIDPOINT_CELL_REL: f64 = 1e-6;
+    let cell = (MIDPOINT_CELL_REL * bounds.diagonal()).max(f64::MIN_POSITIVE);
     let middle = |patch: usize, side: usize| {
         let [eta, zeta] = on_side(&patches[patch], side, 0.5);
         let x = patches[patch].derivs(eta, zeta).s;
@@ -89,7 +93,7 @@ fn sharp_sides(patches: &[Patch], known: &[bool], bounds: Aabb) -> Vec<[bool; 4]
         ([0, 1, 2].map(|k| ((x[k] - bounds.min[k]) / cell).round() as i64), normal)
     };
     let mut found: HashMap<[i64; 3], Vec<(usize, usize, Vec3)>> = HashMap::new();
-    for patch in (0..patches.len()).filter(|&patch| known[patch]) {
+    for patch in (0..patches.len()).filter(|&patch| searchable[patch]) {
         for side in 0..patches[patch].sides() {
             let (key, normal) = middle(patch, side);
             found.entry(key).or_default().push((patch, side, normal));
@@ -97,33 +101,36 @@ fn sharp_sides(patches: &[Patch], known: &[bool], bounds: Aabb) -> Vec<[bool; 4]
     }
     let mut out = vec![[false; 4]; patches.len()];
     for sides in found.values() {
-        let smooth = sides.len() == 2 && sides[0].2.dot(&sides[1].2) > SMOOTH_COS;
+        let smooth = sides.len() == 2 && sides[0].2.dot(&sides[1].2) > EDGE_NORMAL_COS;
         sides.iter().for_each(|(patch, side, _)| out[*patch][*side] = !smooth);
     }
     out
 }
 
-/// Samples between two parameters for a way of this length that turns by this angle.
-fn steps(length: f64, turn: f64, longest_edge: f64) -> f64 {
-    (length / (SPACING_REL * longest_edge)).max(turn / SAMPLE_ANGLE).ceil().clamp(1.0, MAX_SAMPLES)
+/// Number of sampling intervals for a line of the given length and rotation of the normal.
+fn steps(length: f64, rotation: f64, longest_edge: f64) -> f64 {
+    (length / (SAMPLE_SPACING_REL * longest_edge))
+        .max(rotation / SAMPLE_ANGLE_MAX)
+        .ceil()
+        .clamp(1.0, SAMPLES_MAX)
 }
 
-/// Length [mm] of a line between two parameters and the angle by which the normal turns [rad], by three points.
+/// Length [mm] of a line between two parameters and rotation of the normal along it [rad], from three points.
 fn extent(patch: &Patch, from: [f64; 2], to: [f64; 2]) -> (f64, f64) {
     let at = |t: f64| {
         let [eta, zeta] = [0, 1].map(|i| from[i] + (to[i] - from[i]) * t);
         (patch.derivs(eta, zeta).s, patch.normal(eta, zeta).unwrap_or_default())
     };
     let points = [0.0, 0.5, 1.0].map(at);
-    let (mut length, mut turn) = (0.0, 0.0);
+    let (mut length, mut rotation) = (0.0, 0.0);
     for pair in points.windows(2) {
         length += (pair[1].0 - pair[0].0).norm();
-        turn += pair[0].1.dot(&pair[1].1).clamp(-1.0, 1.0).acos();
+        rotation += pair[0].1.dot(&pair[1].1).clamp(-1.0, 1.0).acos();
     }
-    (length, turn)
+    (length, rotation)
 }
 
-/// The smallest convex radius of a patch at its corners, the middles of its sides and inside [mm].
+/// Smallest convex radius of a patch at its corners, midpoints of sides and inside [mm].
 fn convex_radius(patch: &Patch) -> f64 {
     let at = |k: usize| [0.0, 0.5, 1.0][k];
     let mut curvature: f64 = 0.0;
@@ -133,7 +140,7 @@ fn convex_radius(patch: &Patch) -> f64 {
         }
         let d = patch.derivs(eta, zeta);
         let Some(n) = d.normal(eta, zeta) else { continue };
-        // Fundamental forms; the larger convex curvature by Gauss's and the mean one.
+        // Fundamental forms; the larger convex curvature from Gaussian and mean curvature.
         let (e, f, g) = (d.d1.norm_squared(), d.d1.dot(&d.d2), d.d2.norm_squared());
         let (l, m, r) = (-n.dot(&d.d11), -n.dot(&d.d12), -n.dot(&d.d22));
         let det = e * g - f * f;
@@ -147,19 +154,20 @@ fn convex_radius(patch: &Patch) -> f64 {
 }
 
 fn plan_of(patches: &[Patch], patch: usize, edges: &[bool; 4], longest_edge: f64) -> Plan {
-    let own = &patches[patch];
+    let surface = &patches[patch];
     let along = |from: [f64; 2], to: [f64; 2]| {
-        let (length, turn) = extent(own, from, to);
-        steps(length, turn, longest_edge)
+        let (length, rotation) = extent(surface, from, to);
+        steps(length, rotation, longest_edge)
     };
     let side = |k: usize| {
-        (k < own.sides() && edges[k]).then(|| along(on_side(own, k, 0.0), on_side(own, k, 1.0)))
+        (k < surface.sides() && edges[k])
+            .then(|| along(on_side(surface, k, 0.0), on_side(surface, k, 1.0)))
     };
-    let small = convex_radius(own) < SAMPLED_RADIUS_REL * longest_edge;
+    let small = convex_radius(surface) < SAMPLED_RADIUS_REL * longest_edge;
     let grid = small.then(|| {
         let lines = [0.0, 0.5, 1.0];
-        if own.sides() == 3 {
-            let all = (0..3).map(|k| along(on_side(own, k, 0.0), on_side(own, k, 1.0)));
+        if surface.sides() == 3 {
+            let all = (0..3).map(|k| along(on_side(surface, k, 0.0), on_side(surface, k, 1.0)));
             [all.fold(1.0, f64::max); 2]
         } else {
             [

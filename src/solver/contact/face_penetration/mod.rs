@@ -1,13 +1,14 @@
 //! Penetration of tools into the faces of the sheet.
 //!
-//! Contact conditions hold nodes. Between them the face of an element, a bilinear surface, may lie in a tool: a face of width w
-//! bridges a convex radius R with a sag of about w²/(8 R), and a feature that is narrower than w may pass between nodes
-//! altogether. After each increment the depth is measured from both sides:
+//! Contact conditions act on nodes. Between nodes the face of an element, a bilinear surface, may penetrate a tool. A
+//! face of width w bridges a convex radius R with a sag of about w²/(8 R), and a feature narrower than w may pass
+//! between nodes. After each increment the depth is measured from both sides:
 //!
-//! - from the sheet: signed distance of the middles of faces and of their sides to every tool;
-//! - from the tool: distance of its convex features (`features`) behind the nearest face (`faces`).
+//! - from the sheet: signed distance of the midpoints of faces and of their sides to every tool;
+//! - from the tool: distance of its convex features (`features`) behind the closest face (`faces`).
 //!
-//! The largest of all is reported. It tells of the resolution of the mesh, not of the iteration: nodes obey their conditions.
+//! The largest depth is reported. It is a measure of mesh resolution, not of convergence: nodes satisfy their
+//! conditions.
 
 pub(in crate::solver) mod faces;
 mod features;
@@ -21,15 +22,15 @@ pub(in crate::solver) use features::Features;
 /// The deepest point of a tool inside a face of the sheet, or of a face inside a tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FacePenetration {
-    /// Position of the tool.
+    /// Index of the tool.
     pub tool: usize,
     /// Depth [mm].
     pub depth: f64,
-    /// Where [mm].
+    /// Position [mm].
     pub at: Vec3,
 }
 
-/// What stays the same during a run: element faces of either side of the sheet, features of every tool.
+/// Data that do not change during a run: element faces on either side of the sheet, features of every tool.
 pub(in crate::solver) struct Penetration {
     sides: Vec<(SheetSide, Vec<Face>)>,
     pub(in crate::solver) features: Vec<Features>,
@@ -41,7 +42,7 @@ impl Penetration {
         let mut sides: Vec<(SheetSide, Vec<Face>)> = Vec::new();
         for tool in tools {
             let side = tool.setup.side;
-            if !sides.iter().any(|(known, _)| *known == side) {
+            if !sides.iter().any(|(existing, _)| *existing == side) {
                 sides.push((side, faces_of(mesh, side)));
             }
         }
@@ -50,7 +51,7 @@ impl Penetration {
     }
 
     pub(in crate::solver) fn faces(&self, side: SheetSide) -> &[Face] {
-        self.sides.iter().find(|(known, _)| *known == side).map_or(&[], |(_, faces)| faces)
+        self.sides.iter().find(|(existing, _)| *existing == side).map_or(&[], |(_, faces)| faces)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Tools between the nodes of a sheet: what is found, and that what lies clear is not.
+//! Tools between the nodes of a sheet: detection, and no false detection.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -44,7 +44,7 @@ fn flat(x: &Vec3) -> Vec3 {
     *x
 }
 
-/// The lower half of a ball of this radius, its lowest point at the origin.
+/// Lower half of a ball of given radius, its lowest point at the origin.
 fn ball(radius: f64) -> ToolModel {
     revolved("ball", 8, 2.0 * PI, &[arc(6, [0.0, radius], radius, [-FRAC_PI_2, 0.0], 1.0)])
 }
@@ -61,7 +61,7 @@ fn a_ball_between_nodes_is_found_wherever_it_lies_on_a_face() {
             assert!((place - at).norm() < 1.0, "{place:?}");
         }
     }
-    // Clear of the sheet by little.
+    // Just clear of the sheet.
     assert_eq!(found(ball(1.0), Vec3::new(18.0, 18.0, 1.001), SheetSide::Top, flat), None);
 }
 
@@ -93,7 +93,7 @@ fn edges_corners_and_borders_are_found() {
     assert_eq!(depth(block(17.3, 22.2), 1.01, SheetSide::Top), None);
 }
 
-/// A sheet wrapped round a cylinder, its nodes on it: a chord of 4 mm sags by R (1 - cos(w / 2R)).
+/// A sheet wrapped around a cylinder, its nodes on it: a chord of 4 mm has a sag of R (1 - cos(w / 2R)).
 #[test]
 fn the_sag_of_faces_on_a_radius_is_their_depth() {
     for radius in [6.0, 12.0, 30.0] {
@@ -119,7 +119,7 @@ fn the_sag_of_faces_on_a_radius_is_their_depth() {
 }
 
 #[test]
-fn a_tool_that_has_gone_right_through_and_one_beside_the_sheet_are_told_apart() {
+fn a_tool_through_the_sheet_is_distinguished_from_one_beside_it() {
     let through = found(ball(1.0), Vec3::new(18.0, 18.0, -1.7), SheetSide::Top, flat).unwrap();
     assert!((through.depth - 2.7).abs() < 0.01, "{through:?}");
     // Beside the rim, below the upper face.

@@ -1,4 +1,5 @@
-//! Sheets under large strain in their plane: the waves that an endless mesh of one element resists, and which it does not.
+//! Sheets under large in-plane strain: stability of an infinite mesh of equal elements against periodic perturbations
+//! (Bloch waves).
 
 use nalgebra::SMatrix;
 
@@ -7,15 +8,15 @@ use crate::solver::assembly::Evaluation;
 use crate::solver::material::card;
 
 const PI: f64 = std::f64::consts::PI;
-/// Waves tried along each axis, up to one of two elements.
+/// Wave numbers along each axis, up to a wave length of two elements.
 const WAVES: usize = 8;
 
-/// Least stiffness of the waves `exp(i k·x)` on an endless mesh of elements with this tangent (rows by the element's own
-/// order of nodes), the lower side held flat, and the wave in parts of the shortest.
+/// Minimum stiffness of the waves `exp(i k·x)` on an infinite mesh of elements with this tangent, the lower side held
+/// flat. Rows follow the nodes of the element; `k` is in fractions of the shortest wave.
 fn weakest_wave(tangent: &[[f64; DOFS]; DOFS]) -> (f64, [f64; 2]) {
     let places = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let stiffness = |k: [f64; 2]| {
-        // Real and imaginary parts of three displacements below and three above.
+        // Real and imaginary parts of three displacements at the lower and three at the upper node.
         let mut sum = SMatrix::<f64, 12, 12>::zeros();
         for (a, b) in (0..8).flat_map(|a| (0..8).map(move |b| (a, b))) {
             let (p, q): ([f64; 2], [f64; 2]) = (places[a % 4], places[b % 4]);
@@ -44,7 +45,7 @@ fn weakest_wave(tangent: &[[f64; DOFS]; DOFS]) -> (f64, [f64; 2]) {
         .unwrap()
 }
 
-/// Tangent of one element of 1 x 1 x 0.8 mm of the cross tool's steel, strained in its plane to these logarithmic strains
+/// Tangent of one element of 1 x 1 x 0.8 mm of the steel of the cross tool after given in-plane logarithmic strains
 /// in 40 steps, free to thicken.
 fn strained(kind: ElementKind, strain: [f64; 2]) -> [[f64; DOFS]; DOFS] {
     let steel = card::find("mild-steel-neto2012").unwrap().build(0.0).unwrap();
@@ -86,8 +87,8 @@ fn strained(kind: ElementKind, strain: [f64; 2]) -> [[f64; DOFS]; DOFS] {
     tangent
 }
 
-/// A flange is drawn in: stretched one way, compressed the other, by a logarithmic strain of 0.8 each. The shortest waves
-/// cost a bilinear element less than the sheet, whose bending they take for their own; still they must cost something.
+/// Draw-in of a flange: logarithmic strain +0.8 in one direction and -0.8 in the other. The shortest waves cost a
+/// bilinear element less than the sheet, since it takes them for bending; their stiffness must stay positive.
 #[test]
 fn a_flange_drawn_in_far_resists_every_wave_of_its_mesh() {
     let far = [[0.4, -0.5], [0.8, -0.8], [-0.8, 0.8], [0.6, -0.9], [0.0, -0.8]];
@@ -98,18 +99,18 @@ fn a_flange_drawn_in_far_resists_every_wave_of_its_mesh() {
     }
 }
 
-/// First strain, stretched one way and compressed the other, from which some wave is not resisted, of those up to 1.2 in
-/// steps of 0.1.
-fn gives_way(kind: ElementKind) -> Option<f64> {
+/// First strain (tension in one direction, compression in the other) at which some wave has no stiffness, up to 1.2
+/// in steps of 0.1.
+fn first_unstable_strain(kind: ElementKind) -> Option<f64> {
     let strains = (1..=12).map(|n| 0.1 * f64::from(n));
     strains.into_iter().find(|&e| weakest_wave(&strained(kind, [e, -e])).0 < 0.0)
 }
 
-/// Modes added to the strain, as `hex8-enhanced` has them, give way in a checkerboard long before the sheet does.
+/// Additive strain modes, as in `hex8-enhanced`, lose stability in a checkerboard pattern long before the sheet does.
 #[test]
-fn multiplied_modes_hold_where_added_ones_give_way() {
+fn multiplicative_modes_are_stable_beyond_additive_ones() {
     let all = [SHELL, SHELL_ENHANCED, ElementKind::Hex8, ElementKind::Hex8Enhanced];
-    let [plain, shell, brick, enhanced] = all.map(gives_way);
+    let [plain, shell, brick, enhanced] = all.map(first_unstable_strain);
     println!("shell {plain:?}, enhanced {shell:?}; brick {brick:?}, enhanced {enhanced:?}");
     assert!(enhanced.is_some_and(|e| e < 0.35), "{enhanced:?}");
     assert!([plain, shell, brick] == [None; 3], "{plain:?} {shell:?} {brick:?}");

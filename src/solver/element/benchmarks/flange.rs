@@ -1,4 +1,4 @@
-//! A flange drawn in: hoop strain that varies along the radius, and a radial strain that has to vary with it.
+//! Draw-in of a flange: the hoop strain varies along the radius, and the radial strain must vary with it.
 
 use std::sync::Arc;
 
@@ -8,8 +8,8 @@ use crate::solver::material::hardening::Hardening;
 use crate::solver::material::hill48::Hill48;
 use crate::solver::material::plastic::Plastic;
 
-/// A quarter of a ring 50 to 100 of steel, its inner border pulled in by 10 in its plane, free to thicken: radial force on
-/// that border [N], with so many elements along the radius and twice as many around.
+/// Radial force [N] on the inner border of a quarter ring (radii 50 and 100 mm) of steel. The border is pulled in by
+/// 10 mm in the plane and may thicken; `cells` elements along the radius, twice as many along the circumference.
 fn drawn_in(kind: ElementKind, radial: usize) -> f64 {
     let mut mesh = hex_mesh::rectangle(1.0, 1.0, 0.8, radial, 2 * radial, 1);
     for x in &mut mesh.nodes {
@@ -43,7 +43,7 @@ fn drawn_in(kind: ElementKind, radial: usize) -> f64 {
     inner.into_iter().map(along).sum()
 }
 
-/// Four elements along the radius: strains as they are make the flange too stiff.
+/// With four elements along the radius, unmodified strains make the flange too stiff.
 #[test]
 fn a_flange_drawn_in_by_coarse_shells_is_not_too_stiff() {
     let fine = drawn_in(SHELL_ENHANCED, 10);

@@ -30,7 +30,7 @@ fn clamp(nodes: &[usize]) -> Vec<(usize, f64)> {
     nodes.iter().flat_map(|&node| (0..3).map(move |i| (3 * node + i, 0.0))).collect()
 }
 
-/// `total` force in `direction` spread over nodes by the tributary share of `weight`.
+/// `total` force in `direction`, distributed over nodes by the tributary fraction of `weight`.
 fn spread(
     nodes: &[usize],
     total: f64,
@@ -91,8 +91,8 @@ fn cantilever_in_large_rotation_is_the_elastica() {
     }
 }
 
-/// Cook's membrane of `cells` x `cells` elements, end load `force` up; the rise of point (48, `height`) over the
-/// force.
+/// Cook's membrane with `cells` x `cells` elements and end load `force` upwards; returns the displacement of point
+/// (48, `height`) over the force.
 fn cook(cells: usize, kind: ElementKind, poisson: f64, plane_strain: bool, height: f64) -> f64 {
     let force = 1e-2;
     let mut mesh = hex_mesh::rectangle(1.0, 1.0, 1.0, cells, cells, 1);
@@ -129,8 +129,8 @@ fn cook_membrane_in_plane_stress() {
     );
 }
 
-/// Plane strain, ν = 0.4999: the coarse mesh is near the fine one of another formulation: what is left is
-/// the mesh, not volumetric locking.
+/// Plane strain, ν = 0.4999: the coarse mesh agrees with the fine one of another formulation. The remaining deviation
+/// is discretisation error, not volumetric locking.
 #[test]
 fn nearly_incompressible_cook_membrane_does_not_lock() {
     let fine = cook(24, ElementKind::Hex8Enhanced, 0.4999, true, 60.0);

@@ -1,11 +1,11 @@
-//! Shells that are warped or turn far: the twisted beam and the slit annular plate.
+//! Warped shells and large rotations: twisted beam and slit annular plate.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::*;
 
-/// MacNeal & Harder's beam of length 12 and width 1.1, twisted by 90 degrees, under a unit force at its end: its
-/// displacement along the force, which acts normal to the clamped end (`1`) or in its plane (`0`).
+/// MacNeal & Harder's beam of length 12 and width 1.1, twisted by 90 degrees, under a unit end force. Returns the
+/// displacement along the force, normal to the clamped end (`1`) or in its plane (`0`).
 fn twisted_beam(kind: ElementKind, cells: [usize; 2], normal: usize) -> f64 {
     let (thickness, force) = (0.32, 1e-2);
     let mut mesh = hex_mesh::rectangle(12.0, 1.1, thickness, cells[0], cells[1], 1);
@@ -24,7 +24,7 @@ fn twisted_beam(kind: ElementKind, cells: [usize; 2], normal: usize) -> f64 {
 
 /// Published: 0.005424 normal to the clamped end and 0.001754 in its plane (MacNeal & Harder 1985).
 #[test]
-fn twisted_beam_bends_both_ways() {
+fn twisted_beam_bends_in_and_out_of_plane() {
     for kind in [SHELL, SHELL_ENHANCED, ElementKind::Hex8Enhanced] {
         for (normal, published) in [(1, 5.424e-3), (0, 1.754e-3)] {
             let error = twisted_beam(kind, [48, 8], normal) / published - 1.0;
@@ -34,8 +34,8 @@ fn twisted_beam_bends_both_ways() {
     }
 }
 
-/// A ring 6 to 10 of thickness 0.03, slit along x > 0: one side clamped, the other lifted by 0.8 a unit of length.
-/// How far the lifted side's inner and outer corner go up.
+/// Annular plate of radii 6 and 10, thickness 0.03, slit along x > 0: one side clamped, the other lifted by 0.8 per
+/// unit length. Returns the deflection of the inner and outer corner of the lifted side.
 fn slit_plate(kind: ElementKind, cells: [usize; 2], steps: usize) -> [f64; 2] {
     let mut mesh = hex_mesh::rectangle(1.0, 1.0, 0.03, cells[0], cells[1], 1);
     let mut angles = Vec::new();
@@ -60,7 +60,8 @@ fn slit_plate(kind: ElementKind, cells: [usize; 2], steps: usize) -> [f64; 2] {
     })
 }
 
-/// Sze, Liu & Lo (2004): 13.891 and 17.528. In 24 steps an iterate of this plain Newton driver turns an element inside out.
+/// Sze, Liu & Lo (2004): 13.891 and 17.528. With 24 steps an iterate of this undamped Newton solver inverts an
+/// element.
 #[test]
 fn slit_annular_plate_lifts_as_published() {
     let found = slit_plate(SHELL_ENHANCED, [8, 60], 48);

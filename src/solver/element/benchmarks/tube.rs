@@ -1,4 +1,4 @@
-//! A tube of anisotropic steel, pulled along its axis.
+//! Tube of anisotropic steel under axial tension.
 
 use super::*;
 use crate::solver::assembly::Evaluation;
@@ -10,7 +10,7 @@ const RADIUS: f64 = 50.0;
 const THICKNESS: f64 = 0.4;
 const HEIGHT: f64 = 30.0;
 
-/// A quarter of a tube about z, its outer face the upper one.
+/// Quarter of a tube about z with its outer face on top.
 fn quarter() -> HexMesh {
     let (around, up) = (12, 3);
     let place = |i: usize, k: usize| {
@@ -33,7 +33,7 @@ fn quarter() -> HexMesh {
     mesh
 }
 
-/// Plastic strain around over that through the thickness, with the rolling direction along `rolling`.
+/// Ratio of the hoop to the thickness plastic strain with the rolling direction along `rolling`.
 fn r_value(rolling: &Vec3) -> f64 {
     let mesh = quarter();
     let steel = card::find("mild-steel-neto2012").unwrap().build(0.0).unwrap();
@@ -63,15 +63,15 @@ fn r_value(rolling: &Vec3) -> f64 {
     (around + elastic) / (through + elastic)
 }
 
-/// Rolled along the axis it narrows with r0, rolled around with r90. Around: across the middle of the quarter, so that it
-/// makes 45 degrees with the normals of both ends.
+/// Rolled along the axis the tube narrows with r0, rolled along the circumference with r90. The latter is given at
+/// the middle of the quarter, at 45 degrees to the normals of both ends.
 #[test]
 fn a_tube_narrows_as_its_rolling_direction_says() {
     let hill = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.5, m: 1.5, n: 1.29 };
     let ways = [(Vec3::z(), 0.0), (Vec3::new(-1.0, 1.0, 0.0), std::f64::consts::FRAC_PI_2)];
     for (rolling, angle) in ways {
         let (found, exact) = (r_value(&rolling), hill.r_value(angle));
-        // A wall of some thickness cannot have both strains: their difference over t / R makes stresses.
+        // A wall of finite thickness cannot have both strains: their difference over t / R causes stresses.
         assert!((found / exact - 1.0).abs() < 0.01, "{rolling}: {found} {exact}");
     }
 }

@@ -1,4 +1,4 @@
-//! The trilinear hexahedron with mean dilatation, in a variational (symmetric) form.
+//! Trilinear hexahedron with mean dilatation in a variational (symmetric) form.
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -7,17 +7,17 @@
 //! | `g` | `(J̄/J)^(2/3) = exp φ` |
 //! | `Ē` | assumed strain `½ (g C - 1)` |
 //!
-//! The stored energy is `∫ W(Ē) dV`; its first and second variations give force and tangent exactly:
+//! The stored energy is `∫ W(Ē) dV`. Its first and second variations give force and tangent:
 //! `dĒ = g (B + ½ C ⊗ dφ)`, `dφ = ⅔ (d ln J̄ - d ln J)`,
 //! `S : d²Ē = ½ g (S:C) (dφ ⊗ dφ + d²φ) + g (s ⊗ dφ + dφ ⊗ s) + g S : d²(½C)`, `s = Bᵀ S`.
 //!
-//! With `d ln J = F⁻ᵀ : dF` all but the terms in `d ln J̄` are local to a point: a nominal stress `P` and its derivative
-//! by `F` ([`super::nominal`]). The eight points are worked on side by side, one a SIMD lane.
+//! With `d ln J = F⁻ᵀ : dF` all terms except those in `d ln J̄` are local to a point: a nominal stress `P` and its
+//! derivative by `F` ([`super::nominal`]). The eight points are processed in parallel, one in each SIMD lane.
 
 mod moduli;
 mod point;
 
-use crate::solver::element::hex8::point::{Mean, Motion, Stressed};
+use crate::solver::element::hex8::point::{Mean, Motion, WeightedStress};
 use pulp::{Arch, Simd, WithSimd};
 
 use self::moduli::Moduli;
@@ -27,7 +27,7 @@ use super::{ElementInput, ElementMatrices, PointFailure, Want};
 use crate::solver::material::log_strain::{self, Responses};
 use crate::solver::numbers::lanes::{Eight, POINTS};
 
-/// Evaluates the element; `new_state` receives the trial history of all points.
+/// Evaluates the element; `new_state` receives the trial histories of all points.
 ///
 /// # Errors
 /// [`PointFailure`] when the element is inverted or the material fails.
@@ -57,7 +57,7 @@ impl WithSimd for Evaluate<'_> {
         let motion = Motion::new(simd, points, input.displacement)?;
         let mean = Mean::new(simd, &motion, points);
         let assumed = motion.assumed(simd, &mean.scale);
-        let mut answer = Responses::zero();
+        let mut response = Responses::zero();
         log_strain::update_lanes(
             simd,
             input.material,
@@ -65,24 +65,24 @@ impl WithSimd for Evaluate<'_> {
             POINTS,
             (input.old_state, new_state),
             wants_tangent,
-            &mut answer,
+            &mut response,
         )
         .map_err(|(point, error)| PointFailure { point, reason: error.into() })?;
         let weighted = |energy: &Eight| -> f64 {
             points.iter().zip(energy).map(|(point, energy)| point.weight * energy).sum()
         };
-        out.elastic_energy = weighted(&answer.elastic_energy);
-        out.plastic_work = weighted(&answer.plastic_work);
+        out.elastic_energy = weighted(&response.elastic_energy);
+        out.plastic_work = weighted(&response.plastic_work);
         out.internal_residual = 0.0;
-        let stressed = Stressed::new(simd, &motion, &mean, &assumed, &answer);
-        let mut force = nominal::nodal(simd, &stressed.nominal, points);
-        let total: f64 = 2.0 / 3.0 * stressed.pressure.iter().sum::<f64>();
+        let stress = WeightedStress::new(simd, &motion, &mean, &assumed, &response);
+        let mut force = nominal::nodal(simd, &stress.nominal, points);
+        let total: f64 = 2.0 / 3.0 * stress.pressure.iter().sum::<f64>();
         for (force, mean) in force.iter_mut().zip(&mean.rate) {
             force.iter_mut().zip(mean).for_each(|(force, mean)| *force += total * mean);
         }
         out.force = nominal::by_node(&force);
         if wants_tangent {
-            let moduli = Moduli::new(simd, &motion, &mean, &stressed, &answer.tangent, total);
+            let moduli = Moduli::new(simd, &motion, &mean, &stress, &response.tangent, total);
             let dyads = moduli.dyads(simd, &mean, points);
             nominal::tangent(simd, &moduli.local, points, &dyads, &mut out.tangent);
         }

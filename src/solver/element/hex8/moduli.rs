@@ -1,21 +1,21 @@
-//! What the element's tangent is summed from: the nominal tangents of the points and the terms in `d ln J̄`.
+//! Nominal tangents of the points and the terms in `d ln J̄`, from which the tangent of the element is assembled.
 
 use pulp::Simd;
 
-use super::point::{Mean, Motion, NONE, Stressed, times_symmetric};
+use super::point::{Mean, Motion, WeightedStress, ZERO, times_symmetric};
 use crate::solver::element::nominal::{self, Dyad, Nine};
 use crate::solver::element::shape::PointGeometry;
 use crate::solver::numbers::lanes::{Eight, Lane};
 use crate::solver::numbers::tensor::{PAIRS, factor};
 
-/// What the tangent is summed from.
+/// Coefficients of the element tangent.
 pub(super) struct Moduli {
     /// `A_iJkL` of the points.
     pub local: [Nine; 9],
-    /// What `d ln J̄` is multiplied by, from the left and from the right.
+    /// Coefficients of `d ln J̄` as right factor and as left factor of a dyad.
     left: Nine,
     right: Nine,
-    /// And what `d ln J̄ ⊗ d ln J̄` is.
+    /// Coefficient of `d ln J̄ ⊗ d ln J̄`.
     mean: f64,
 }
 
@@ -25,22 +25,22 @@ impl Moduli {
         simd: S,
         motion: &Motion,
         mean: &Mean,
-        stressed: &Stressed,
+        stress: &WeightedStress,
         tangent: &[[Eight; 6]; 6],
         total: f64,
     ) -> Self {
         let mut out =
-            Self { local: [[NONE; 9]; 9], left: [NONE; 9], right: [NONE; 9], mean: -total };
-        let mut squared = NONE;
+            Self { local: [[ZERO; 9]; 9], left: [ZERO; 9], right: [ZERO; 9], mean: -total };
+        let mut squared = ZERO;
         for first in Lane::<S>::groups() {
-            let at = Local::new(simd, motion, mean, stressed, total, first);
+            let at = Local::new(simd, motion, mean, stress, total, first);
             at.add_material(simd, tangent, &mut out, &mut squared);
         }
         out.mean += squared.iter().sum::<f64>();
         out
     }
 
-    /// The terms in `d ln J̄`.
+    /// The dyads in `d ln J̄`.
     #[inline(always)]
     pub(super) fn dyads<S: Simd>(
         &self,
@@ -60,7 +60,7 @@ impl Moduli {
 /// Mandel component of a pair of directions.
 const COMPONENT: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
 
-/// Points as their moduli see them.
+/// Kinematics and stress of one SIMD group of points.
 struct Local<S: Simd> {
     first: usize,
     f: [Lane<S>; 9],
@@ -69,11 +69,11 @@ struct Local<S: Simd> {
     pressure: Lane<S>,
     /// `w g²`.
     scale: Lane<S>,
-    /// What `d ln J ⊗ d ln J` is multiplied by for the sake of `d² ln J̄`.
-    share: Lane<S>,
+    /// Coefficient of `d ln J ⊗ d ln J` due to `d² ln J̄`.
+    d_ln_j_coefficient: Lane<S>,
 }
 
-/// The tangent `D` of points, with weights and scales, and its products with `½ C`.
+/// Material tangent `D` of the points, multiplied by weight and scale, and its products with `½ C`.
 struct Products<S: Simd> {
     stiffness: [[Lane<S>; 6]; 6],
     /// `S + D ½ C`.
@@ -90,7 +90,7 @@ impl<S: Simd> Local<S> {
         simd: S,
         motion: &Motion,
         mean: &Mean,
-        stressed: &Stressed,
+        stress: &WeightedStress,
         total: f64,
         first: usize,
     ) -> Self {
@@ -101,10 +101,10 @@ impl<S: Simd> Local<S> {
             first,
             f: Lane::load_all(simd, &motion.gradient, first),
             inverse: Lane::load_all(simd, &motion.inverse, first),
-            stress: Lane::load_all(simd, &stressed.stress, first),
-            pressure: Lane::load(simd, &stressed.pressure, first),
+            stress: Lane::load_all(simd, &stress.stress, first),
+            pressure: Lane::load(simd, &stress.pressure, first),
             scale: weight * scale * scale,
-            share: weight * jacobian * (total / mean.current),
+            d_ln_j_coefficient: weight * jacobian * (total / mean.current),
         }
     }
 
@@ -121,7 +121,7 @@ impl<S: Simd> Local<S> {
         out
     }
 
-    /// Products of the material's `tangent` with `½ C`, with weights and scales.
+    /// Products of the material `tangent` with `½ C`, multiplied by weight and scale.
     #[inline(always)]
     fn products(&self, simd: S, tangent: &[[Eight; 6]; 6]) -> Products<S> {
         let zero = Lane::splat(simd, 0.0);
@@ -141,7 +141,7 @@ impl<S: Simd> Local<S> {
         Products { stiffness, right, left, both }
     }
 
-    /// Moduli from the material's `tangent`; `squared` receives the stiffness of `dφ` times 4/9.
+    /// Adds the moduli of the material `tangent`; `squared` receives 4/9 of the stiffness of `dφ`.
     #[inline(always)]
     fn add_material(
         &self,
@@ -162,9 +162,9 @@ impl<S: Simd> Local<S> {
         }
         let third = Lane::splat(simd, -2.0 / 3.0);
         let (right, mut left) = (Lane::scaled(right, third), Lane::scaled(left, third));
-        let rest = both + self.share;
+        let remainder = both + self.d_ln_j_coefficient;
         for (left, inverse) in left.iter_mut().zip(self.inverse) {
-            *left = rest.mul_add(inverse, *left);
+            *left = remainder.mul_add(inverse, *left);
         }
         for j in 0..3 {
             for l in 0..3 {
@@ -178,8 +178,8 @@ impl<S: Simd> Local<S> {
         }
     }
 
-    /// `A_iJkL` for given `J` and `L` by `i` and `k`: `F C_JL Fᵀ + S_JL 1`, and the terms in `F⁻ᵀ`, of which `right` and
-    /// `left` are the factors.
+    /// `A_iJkL` for given `J` and `L`, by `i` and `k`: `F C_JL Fᵀ + S_JL 1` plus the terms in `F⁻ᵀ`, with
+    /// coefficients `right` and `left`.
     #[inline(always)]
     fn block(
         &self,
@@ -189,7 +189,7 @@ impl<S: Simd> Local<S> {
         left: &[Lane<S>; 9],
     ) -> [[Lane<S>; 3]; 3] {
         let (f, inverse) = (&self.f, &self.inverse);
-        // By b, then a.
+        // Indices: b, then a.
         let mut c = [[self.scale; 3]; 3];
         for b in 0..3 {
             for a in 0..3 {
@@ -198,8 +198,8 @@ impl<S: Simd> Local<S> {
             }
         }
         let stress = self.stress[COMPONENT[j][l]] * (1.0 / factor(COMPONENT[j][l]));
-        // The derivative of F⁻ᵀ: ⅔ p less what the mean dilatation takes.
-        let swap = self.pressure * (2.0 / 3.0) - self.share;
+        // Coefficient of the derivative of F⁻ᵀ: ⅔ p minus the part of the mean dilatation.
+        let swap = self.pressure * (2.0 / 3.0) - self.d_ln_j_coefficient;
         let mut out = [[stress; 3]; 3];
         for (i, out) in out.iter_mut().enumerate() {
             let row = [f[3 * i], f[3 * i + 1], f[3 * i + 2]];

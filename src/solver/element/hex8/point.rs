@@ -1,4 +1,4 @@
-//! Motion and stress at the points of a hexahedron, in lanes.
+//! Kinematics and stress at the points of a hexahedron, in SIMD lanes.
 
 use pulp::Simd;
 
@@ -9,9 +9,9 @@ use crate::solver::material::log_strain::Responses;
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 use crate::solver::numbers::tensor::{PAIRS, factor};
 
-pub(super) const NONE: Eight = [0.0; POINTS];
+pub(super) const ZERO: Eight = [0.0; POINTS];
 
-/// Deformation of the points.
+/// Deformation at the points.
 pub(super) struct Motion {
     /// `F`.
     pub(in crate::solver) gradient: Nine,
@@ -19,7 +19,7 @@ pub(super) struct Motion {
     pub(in crate::solver) inverse: Nine,
     /// `J`.
     pub(in crate::solver) jacobian: Eight,
-    /// Reference volumes.
+    /// Reference volumes of the points.
     pub(in crate::solver) weight: Eight,
 }
 
@@ -31,8 +31,8 @@ impl Motion {
         u: &[f64; crate::solver::element::DOFS],
     ) -> Result<Self, PointFailure> {
         let mut out =
-            Self { gradient: [NONE; 9], inverse: [NONE; 9], jacobian: NONE, weight: NONE };
-        let mut shapes = [[NONE; 8]; 3];
+            Self { gradient: [ZERO; 9], inverse: [ZERO; 9], jacobian: ZERO, weight: ZERO };
+        let mut shapes = [[ZERO; 8]; 3];
         for (p, point) in points.iter().enumerate() {
             out.weight[p] = point.weight;
             for (shapes, gradient) in shapes.iter_mut().zip(&point.gradient) {
@@ -93,10 +93,10 @@ impl Motion {
         }
     }
 
-    /// Assumed right Cauchy-Green tensors `g C`, `scale` being `g`.
+    /// Assumed right Cauchy-Green tensors `g C`; `scale` is `g`.
     #[inline(always)]
     pub(in crate::solver) fn assumed<S: Simd>(&self, simd: S, scale: &Eight) -> [Eight; 6] {
-        let mut out = [NONE; 6];
+        let mut out = [ZERO; 6];
         for first in Lane::<S>::groups() {
             let f = Lane::load_all(simd, &self.gradient, first);
             let scale = Lane::load(simd, scale, first);
@@ -110,13 +110,13 @@ impl Motion {
     }
 }
 
-/// The mean dilatation.
+/// Mean dilatation of the element.
 pub(super) struct Mean {
     /// `d ln J̄` by node and direction.
     pub(in crate::solver) rate: Nodal,
     /// `g` by point.
     pub(in crate::solver) scale: Eight,
-    /// Present volume.
+    /// Current volume.
     pub(in crate::solver) current: f64,
 }
 
@@ -130,12 +130,12 @@ impl Mean {
         let present: Eight = std::array::from_fn(|p| motion.weight[p] * motion.jacobian[p]);
         let current: f64 = present.iter().sum();
         let mean = current / motion.weight.iter().sum::<f64>();
-        let mut share = [NONE; 9];
-        for (share, inverse) in share.iter_mut().zip(&motion.inverse) {
-            *share = std::array::from_fn(|p| present[p] / current * inverse[p]);
+        let mut volume_ratio = [ZERO; 9];
+        for (volume_ratio, inverse) in volume_ratio.iter_mut().zip(&motion.inverse) {
+            *volume_ratio = std::array::from_fn(|p| present[p] / current * inverse[p]);
         }
         Self {
-            rate: nominal::nodal(simd, &share, points),
+            rate: nominal::nodal(simd, &volume_ratio, points),
             scale: motion.jacobian.map(|jacobian| {
                 let root = (mean / jacobian).cbrt();
                 root * root
@@ -145,8 +145,8 @@ impl Mean {
     }
 }
 
-/// Stresses of the points, with their weights.
-pub(super) struct Stressed {
+/// Stresses of the points, multiplied by their weights.
+pub(super) struct WeightedStress {
     /// `w g S` by Mandel component.
     pub(in crate::solver) stress: [Eight; 6],
     /// `½ w g S:C`.
@@ -155,20 +155,20 @@ pub(super) struct Stressed {
     pub(in crate::solver) nominal: Nine,
 }
 
-impl Stressed {
+impl WeightedStress {
     #[inline(always)]
     pub(in crate::solver) fn new<S: Simd>(
         simd: S,
         motion: &Motion,
         mean: &Mean,
         assumed: &[Eight; 6],
-        answer: &Responses,
+        response: &Responses,
     ) -> Self {
-        let mut out = Self { stress: [NONE; 6], pressure: NONE, nominal: [NONE; 9] };
+        let mut out = Self { stress: [ZERO; 6], pressure: ZERO, nominal: [ZERO; 9] };
         for first in Lane::<S>::groups() {
             let weight = Lane::load(simd, &motion.weight, first);
             let weighted_scale = weight * Lane::load(simd, &mean.scale, first);
-            let stress = Lane::load_all(simd, &answer.stress, first);
+            let stress = Lane::load_all(simd, &response.stress, first);
             let assumed = Lane::load_all(simd, assumed, first);
             let work = Lane::dot(&stress, &assumed);
             let pressure = work * weight * 0.5;

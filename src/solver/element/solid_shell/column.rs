@@ -1,4 +1,4 @@
-//! The points of a solid-shell above one point of its mid surface.
+//! Integration points of a solid-shell along one thickness line.
 
 use super::generalised::{GENERALISED, add_curvature, derivatives, products};
 use super::in_plane::InPlane;
@@ -12,11 +12,10 @@ use crate::solver::element::{
 };
 use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 
-/// Directions in which modes strain a point: through the thickness, one for each shape as all modes go one way, and the
-/// stretches.
+/// Strain directions of the modes at a point: thickness strain, one for each shape, and in-plane stretches.
 pub(super) const DIRECTIONS: usize = SHAPES + STRETCHES;
 
-/// A point of the mid surface.
+/// Thickness line at one integration point of the mid-surface.
 pub(super) struct Column<'a> {
     pub input: &'a ElementInput<'a>,
     pub shape: &'a Shape<'a>,
@@ -27,34 +26,36 @@ pub(super) struct Column<'a> {
     pub eta: f64,
 }
 
-/// What all points of a column share.
+/// Quantities common to all points of a column.
 pub(super) struct Frame<'a> {
-    /// Base vectors along the mid surface before anything moved; they change by `tilt` with `ζ`.
+    /// Base vectors of the mid-surface in the reference configuration; they vary by `tilt` with `ζ`.
     pub along: [Vec3; 2],
     pub tilt: [Vec3; 2],
-    /// That through the thickness.
+    /// Base vector through the thickness in the reference configuration.
     pub across: Vec3,
-    /// Generalised strain of the nodes.
+    /// Generalised strain due to the nodal displacements.
     pub strain: [f64; GENERALISED],
     /// Stretch `U`.
     pub gradient: Mat3,
-    /// Strain through the thickness at the element's centre and `1`, with the stretch over them.
-    pub through: Mandel,
+    /// Thickness strain at the centre of the element and the unit tensor, both transformed by the stretch: `Uᵀ e U`,
+    /// `Uᵀ U`.
+    pub thickness_strain: Mandel,
     pub unit: Mandel,
-    /// det J at the centre.
-    pub share: f64,
-    /// Values of the modes through the thickness over the mid surface, added up by shape.
+    /// det J at the centre of the element.
+    pub centre_det: f64,
+    /// Values of the thickness modes at this point of the mid-surface, summed by shape.
     pub thickening: [f64; SHAPES],
-    /// Stretches, if the element has such modes.
+    /// In-plane stretches, if the element has such modes.
     pub stretch: Option<Stretch<'a>>,
 }
 
-/// Generalised stress and stiffness of one column of points.
+/// Generalised stress and stiffness of one column.
 #[derive(Clone, Copy)]
 pub(super) struct Totals {
     pub stress: [f64; GENERALISED],
     pub stiffness: [[f64; GENERALISED]; GENERALISED],
-    /// What modes of value one in each direction feel, their stiffness, and their coupling to the generalised strains.
+    /// Residual of each strain direction at unit value, their stiffness, and their coupling to the generalised
+    /// strains.
     pub residual: [f64; DIRECTIONS],
     pub modes: [[f64; DIRECTIONS]; DIRECTIONS],
     pub left: [[f64; GENERALISED]; DIRECTIONS],
@@ -77,13 +78,13 @@ impl Totals {
 }
 
 impl<'a> Column<'a> {
-    /// What its points share, the modes having the values `alpha`.
+    /// Quantities common to the points, for mode values `alpha`.
     ///
     /// # Errors
-    /// [`PointFailure`] where a stretch turns the column inside out.
+    /// [`PointFailure`] if a stretch is not positive.
     pub(super) fn frame(&self, alpha: &[f64]) -> Result<Frame<'a>, PointFailure> {
         let place = (self.xi, self.eta);
-        let at = |pairs: &Pairs, turned| products(pairs, &self.in_plane, turned, place);
+        let at = |pairs: &Pairs, correction| products(pairs, &self.in_plane, correction, place);
         let before = at(self.shape.pairs, &[0.0; 2]);
         let now = at(&self.moved.pairs, &self.moved.fibres.value);
         let plane = Plane::at(self.xi, self.eta);
@@ -94,8 +95,8 @@ impl<'a> Column<'a> {
         // det J is quadratic in ζ.
         let stretch = self.stretch(alpha, volume(&along) + volume(&tilt) / 3.0)?;
         let gradient = stretch.as_ref().map_or_else(Mat3::identity, |stretch| stretch.gradient);
-        let (through, unit) = over(&gradient, &self.shape.centre.0);
-        let own = self.over_plane();
+        let (thickness_strain, unit) = transformed_by_stretch(&gradient, &self.shape.centre.0);
+        let own = self.plane_values();
         let sum =
             |shape: usize| own.iter().zip(&alpha[shape * PLANE.len()..]).map(|(v, a)| v * a).sum();
         Ok(Frame {
@@ -104,35 +105,36 @@ impl<'a> Column<'a> {
             across,
             strain: std::array::from_fn(|i| now[i] - before[i]),
             gradient,
-            through,
+            thickness_strain,
             unit,
-            share: self.shape.centre.1,
+            centre_det: self.shape.centre.1,
             thickening: std::array::from_fn(sum),
             stretch,
         })
     }
 
-    /// Values of the modes through the thickness here, without their shapes.
-    fn over_plane(&self) -> [f64; PLANE.len()] {
+    /// Values of the thickness modes at this point of the mid-surface, without their shape in ζ.
+    fn plane_values(&self) -> [f64; PLANE.len()] {
         PLANE.map(|mode| mode.value([self.xi, self.eta, 1.0]))
     }
 
-    /// Stretches of the column, if it has such modes: the same at all its points, so weighted by the mean of det J.
+    /// In-plane stretches of the column, if the element has such modes. They are constant through the thickness,
+    /// hence scaled by the mean of det J.
     fn stretch(&self, alpha: &[f64], mean: f64) -> Result<Option<Stretch<'a>>, PointFailure> {
         let [along, across] = match alpha[THICKNESS_MODES..] {
             [along, across] => [along, across],
             _ => return Ok(None),
         };
-        let share = self.shape.centre.1 / mean;
+        let det_ratio = self.shape.centre.1 / mean;
         let stretch =
-            self.shape.axes.stretched([self.xi * share, self.eta * share], [along, across]);
+            self.shape.axes.stretched([self.xi * det_ratio, self.eta * det_ratio], [along, across]);
         stretch.map(Some).map_err(|ratio| PointFailure {
             point: self.index * self.shape.rule.len(),
             reason: FailureReason::Inverted { ratio },
         })
     }
 
-    /// Adds what the points gave to the element.
+    /// Adds the stresses and stiffnesses of the points to the element.
     pub(super) fn add<const M: usize>(
         &self,
         totals: &Totals,
@@ -142,7 +144,7 @@ impl<'a> Column<'a> {
         let at = (self.xi, self.eta);
         out.elastic_energy += totals.elastic_energy;
         out.plastic_work += totals.plastic_work;
-        out.through += totals.stress[9];
+        out.thickness_force += totals.stress[9];
         let b = derivatives(self.moved, &self.in_plane, at);
         for (row, value) in b.iter().zip(&totals.stress) {
             out.force.iter_mut().zip(row).for_each(|(sum, rate)| *sum += rate * value);
@@ -155,15 +157,16 @@ impl<'a> Column<'a> {
         }
     }
 
-    /// Adds what the modes feel: those through the thickness by their values here, the stretches as they are.
+    /// Adds residual and stiffness of the modes: thickness modes with their values at this point, stretches with
+    /// factor 1.
     fn add_modes<const M: usize>(
         &self,
         b: &[Row; GENERALISED],
         totals: &Totals,
         sums: &mut Sums<M>,
     ) {
-        let own = self.over_plane();
-        let share = |k: usize| match k.checked_sub(THICKNESS_MODES) {
+        let own = self.plane_values();
+        let direction_and_factor = |k: usize| match k.checked_sub(THICKNESS_MODES) {
             None => (k / own.len(), own[k % own.len()]),
             Some(stretch) => (SHAPES + stretch, 1.0),
         };
@@ -173,10 +176,10 @@ impl<'a> Column<'a> {
         kernels::combine(&totals.right[..count], b, &mut right[..count]);
         let modes = &mut sums.modes;
         for k in 0..M {
-            let (from, value) = share(k);
+            let (from, value) = direction_and_factor(k);
             modes.residual[k] += value * totals.residual[from];
             for l in 0..M {
-                let (other, factor) = share(l);
+                let (other, factor) = direction_and_factor(l);
                 modes.stiffness[k][l] += value * factor * totals.modes[from][other];
             }
             modes.left[k].iter_mut().zip(&left[from]).for_each(|(sum, x)| *sum += value * x);
@@ -185,12 +188,12 @@ impl<'a> Column<'a> {
     }
 }
 
-/// The strain through the thickness, and `1`, with the stretch `U` over them: `Uᵀ e U` and `Uᵀ U`.
-fn over(gradient: &Mat3, centre: &Mandel66) -> (Mandel, Mandel) {
+/// Thickness strain and unit tensor transformed by the stretch `U`: `Uᵀ e U` and `Uᵀ U`.
+fn transformed_by_stretch(gradient: &Mat3, centre: &Mandel66) -> (Mandel, Mandel) {
     let rows = std::array::from_fn(|i| std::array::from_fn(|j| gradient[(j, i)]));
-    let through = centre.map(|row| row[2]);
+    let thickness_strain = centre.map(|row| row[2]);
     (
-        tensor::apply(&tensor::congruence(&rows), &through),
+        tensor::apply(&tensor::congruence(&rows), &thickness_strain),
         tensor::from_matrix(&(gradient.transpose() * gradient)),
     )
 }

@@ -1,12 +1,12 @@
-//! Fibres that in-plane bending turns, and does not stretch.
+//! Removal of the false stretch of fibres that in-plane bending only rotates.
 //!
-//! Base vectors of the mid surface are `g_1 = c_1 + η h` and `g_2 = c_2 + ξ h`, `c` those of the centre. Bending in the
-//! plane turns the fibres of an element like spokes and rims, one family by a displacement inside the element (`stretch`)
-//! whose rotation the nodes do not show. So the part of `η h` across `c_1`, in the plane, stretches nothing: `½ η² F_1` with
-//! `F_1 = |h|² - (h·c_1)² / |c_1|²` is taken from `E_11`, and likewise from `E_22`. Left in, the stress of the other fibres
-//! drives the element to bend with nothing but their hardening to resist.
+//! Base vectors of the mid-surface are `g_1 = c_1 + η h` and `g_2 = c_2 + ξ h`; `c` are those of the centre. In-plane
+//! bending rotates the fibres of an element. One of the two families rotates by an internal displacement (`stretch`)
+//! that the nodes do not have. The in-plane part of `η h` normal to `c_1` therefore causes no stretch: `½ η² F_1`
+//! with `F_1 = |h|² - (h·c_1)² / |c_1|²` is subtracted from `E_11`, and likewise from `E_22`. Without this correction
+//! the stress of the other fibres drives the element into bending that only their hardening resists.
 //!
-//! `h` is what the nodes have beyond the uniform strain of the centre, so a uniform strain stays one in any shape.
+//! `h` excludes the uniform strain of the centre, so that a uniform strain stays uniform in an element of any shape.
 
 use super::in_plane::tangents;
 use super::pairs::{Pairs, Plane, blend};
@@ -17,7 +17,7 @@ use crate::solver::element::DOFS;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Hourglass([f64; 4]);
 
-/// `q_1, q_2, m_11, m_12, m_22` with `q_i = h·c_i`, `m_ij = c_i·c_j`.
+/// Arguments `q_1, q_2, m_11, m_12, m_22` with `q_i = h·c_i`, `m_ij = c_i·c_j`.
 const ARGUMENTS: usize = 5;
 
 type Gradient = [f64; ARGUMENTS];
@@ -27,18 +27,18 @@ type Hessian = [Gradient; ARGUMENTS];
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fibres {
     pub value: [f64; 2],
-    /// By the mean of each node pair.
+    /// Derivatives with respect to the mean of each node pair.
     pub gradient: [[Vec3; 4]; 2],
     /// Derivatives of the arguments by the means.
     arguments: [[Vec3; 4]; ARGUMENTS],
-    /// By the arguments.
+    /// Derivatives with respect to the arguments.
     first: [Gradient; 2],
     second: [Hessian; 2],
     hourglass: Hourglass,
 }
 
 impl Hourglass {
-    /// Of an element with these pairs before anything moved.
+    /// Weights for an element with these pairs in the reference configuration.
     pub fn new(reference: &Pairs) -> Self {
         let plain = [0.25, -0.25, 0.25, -0.25];
         let (middle, (c1, c2)) = (Plane::at(0.0, 0.0), tangents(reference));
@@ -52,8 +52,8 @@ impl Hourglass {
     }
 }
 
-/// `N² / (m_11 det m)` with `N = m_11 q_2 - m_12 q_1`, its gradient and second derivatives.
-fn turned([q1, q2, m11, m12, m22]: Gradient) -> (f64, Gradient, Hessian) {
+/// `N² / (m_11 det m)` with `N = m_11 q_2 - m_12 q_1`, its gradient and its Hessian.
+fn correction([q1, q2, m11, m12, m22]: Gradient) -> (f64, Gradient, Hessian) {
     let n = m11 * q2 - m12 * q1;
     let dn = [-m12, m11, q2, -q1, 0.0];
     let mut ddn: Hessian = [[0.0; ARGUMENTS]; ARGUMENTS];
@@ -75,13 +75,13 @@ fn turned([q1, q2, m11, m12, m22]: Gradient) -> (f64, Gradient, Hessian) {
     (n * ratio, first, second)
 }
 
-/// With the two axes in turn.
+/// Exchanges the two axes.
 fn swap<T: Copy>([q1, q2, m11, m12, m22]: [T; ARGUMENTS]) -> [T; ARGUMENTS] {
     [q2, q1, m22, m12, m11]
 }
 
 impl Hourglass {
-    /// Fibres of an element that has moved here.
+    /// `F_1` and `F_2` of the current configuration, with derivatives.
     pub fn fibres(self, current: &Pairs) -> Fibres {
         let ((c1, c2), h) = (tangents(current), blend(&self.0, &current.mean));
         let values = [h.dot(&c1), h.dot(&c2), c1.norm_squared(), c1.dot(&c2), c2.norm_squared()];
@@ -94,8 +94,8 @@ impl Hourglass {
             std::array::from_fn(|k| c2 * n1[k] + c1 * n2[k]),
             std::array::from_fn(|k| c2 * (2.0 * n2[k])),
         ];
-        let along = turned(values);
-        let across = turned(swap(values));
+        let along = correction(values);
+        let across = correction(swap(values));
         let first = [along.1, swap(across.1)];
         let gradient = first.map(|first| {
             std::array::from_fn(|k| {
@@ -114,8 +114,8 @@ impl Hourglass {
 }
 
 impl Fibres {
-    /// None turned.
-    pub const AS_THEY_ARE: Self = Self {
+    /// No correction: `F_1 = F_2 = 0`.
+    pub const ZERO: Self = Self {
         value: [0.0; 2],
         gradient: [[Vec3::new(0.0, 0.0, 0.0); 4]; 2],
         arguments: [[Vec3::new(0.0, 0.0, 0.0); 4]; ARGUMENTS],
@@ -124,7 +124,8 @@ impl Fibres {
         hourglass: Hourglass([0.0; 4]),
     };
 
-    /// Adds `weights[0] ∂²F_1 + weights[1] ∂²F_2`: as scalars between the pairs' means to `form`, the rest to `tangent`.
+    /// Adds `weights[0] ∂²F_1 + weights[1] ∂²F_2`. Terms that are scalar between the means of the pairs go to `form`,
+    /// the others to `tangent`.
     pub fn add_curvature(
         &self,
         weights: [f64; 2],
@@ -145,7 +146,7 @@ impl Fibres {
                     + first[4] * both(n2, n2, i, j);
             }
         }
-        // By the nodes, half of a mean each.
+        // With respect to the nodes: each takes half of a mean.
         let rows: [[f64; DOFS]; ARGUMENTS] = self
             .arguments
             .map(|by_mean| std::array::from_fn(|dof| 0.5 * by_mean[(dof / 3) % 4][dof % 3]));
@@ -170,11 +171,11 @@ mod tests {
     }
 
     #[test]
-    fn only_what_bends_in_the_plane_is_turned() {
+    fn only_in_plane_bending_is_corrected() {
         let skew = [[-1.0, -1.2, 0.0], [1.3, -1.0, 0.0], [1.1, 0.7, 0.0], [-0.8, 1.0, 0.0]];
         let reference = pairs(skew.map(Vec3::from));
         let hourglass = Hourglass::new(&reference);
-        // A uniform strain turns nothing, nor does warping out of the plane.
+        // A uniform strain and out-of-plane warping give no correction.
         let f = Mat3::new(1.4, 0.3, 0.1, -0.2, 0.7, 0.0, 0.3, 0.1, 1.0);
         let uniform = reference.mean.map(|x| f * x);
         let normal = (f * Vec3::x()).cross(&(f * Vec3::y())).normalize();
@@ -185,7 +186,7 @@ mod tests {
                 assert!(value.abs() < 1e-14, "{warp} {value}");
             }
         }
-        // A square whose side of length 2 is turned by 0.1 at either end: F_2 is the square of that, F_1 nothing.
+        // A square with sides of length 2 rotated by 0.1 at either end: F_2 is the square of that, F_1 vanishes.
         let square = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
         let square = pairs(square.map(Vec3::from));
         let mut mean = square.mean;
@@ -195,15 +196,15 @@ mod tests {
     }
 
     #[test]
-    fn derivatives_of_what_is_turned_are_differences() {
+    fn derivatives_of_the_correction_agree_with_differences() {
         let values = [0.2, -0.1, 1.3, 0.4, 0.8];
-        let (_, first, second) = turned(values);
+        let (_, first, second) = correction(values);
         let step = 1e-5;
         for a in 0..ARGUMENTS {
             let at = |step: f64| {
                 let mut other = values;
                 other[a] += step;
-                turned(other)
+                correction(other)
             };
             let (more, less) = (at(step), at(-step));
             assert!((first[a] - (more.0 - less.0) / (2.0 * step)).abs() < 1e-9);

@@ -1,20 +1,24 @@
-//! The solid-shell: eight nodes, assumed natural shear and thickness strain, enhanced strain modes.
+//! Solid-shell with eight nodes: assumed natural shear and thickness strains, enhanced strain modes.
 //!
-//! Position `x = Σ_I M_I(ξ, η) (a_I + ζ d_I)` over four node pairs; `a` is the mean, `d` half the difference of
-//! top and bottom node. Covariant strains `E_ij = ½ (g_i·g_j - G_i·G_j)`:
+//! Position `x = Σ_I M_I(ξ, η) (a_I + ζ d_I)` over four node pairs; `a_I` is the mean and `d_I` half the difference
+//! of top and bottom node. Covariant strains `E_ij = ½ (g_i·g_j - G_i·G_j)`:
 //!
-//! | strain | taken |
+//! | strain | sampled |
 //! |---|---|
-//! | `E_11, E_22, E_12` | as they are: `m + ζ k + ζ² q` |
+//! | `E_11, E_22, E_12` | at the point: `m + ζ k + ζ² q` |
 //! | `E_13` | at `(0, ∓1, 0)`, linear in `η` (Dvorkin & Bathe 1984) |
 //! | `E_23` | at `(∓1, 0, 0)`, linear in `ξ` |
 //! | `E_33` | at the four node pairs, bilinear (Betsch & Stein 1995) |
 //!
-//! and enhanced by modes `(j0/j) T0 M(ξ, η, ζ)` in `E_33`: `ζ` and `ζ² - 1/3` times `1, ξ, η, ξη` (no locking through the
-//! thickness, of Poisson's ratio where the sheet is bent a little, of its volume where it is bent sharply). With `membrane`, modes `ξ` in `E_11` and `η` in `E_22` follow what the other strain asks for, and the shear
-//! `E_12` of the mid surface is that at the centre (`in_plane`). Per point of the mid
-//! surface the stress is gathered into twelve generalised stresses of `[m, k, q, E_33, E_23, E_31]`, so
-//! more points through the thickness cost material updates and little else.
+//! `E_33` is enhanced by modes `(j0/j) T0 M(ξ, η, ζ)`: `ζ` and `ζ² - 1/3`, each times `1, ξ, η, ξη`. The first shape
+//! removes Poisson thickness locking in bending, the second volumetric locking in sharp bending.
+//!
+//! With `membrane`, modes `ξ` in `E_11` and `η` in `E_22` are added (`stretch`), and the shear `E_12` of the
+//! mid-surface is that of the centre (`in_plane`).
+//!
+//! At each point of the mid-surface the stresses are integrated to twelve generalised stresses of
+//! `[m, k, q, E_33, E_23, E_31]`. More points through the thickness therefore cost constitutive updates and little
+//! else.
 
 mod column;
 mod fibres;
@@ -28,7 +32,7 @@ mod stretch;
 use self::column::Column;
 use self::in_plane::InPlane;
 use self::stretch::Axes;
-use super::modes::{ModeSums, Unsettled};
+use super::modes::{ModeResidual, ModeSums};
 use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want};
 use crate::geometry::Mat3;
 use crate::solver::element::solid_shell::pairs::MEMBRANE_MODES;
@@ -36,17 +40,17 @@ use crate::solver::element::solid_shell::pairs::{PLANE, Pairs, Plane, THICKNESS_
 use crate::solver::element::solid_shell::shape::{Moved, Shape, Sums};
 use crate::solver::numbers::tensor::{self, Mandel66};
 
-/// Steps in which modes settle in one evaluation: they do without.
-const ROUNDS: usize = 0;
+/// Maximum local Newton iterations of the modes in one evaluation: none are needed.
+const MODE_ITERATIONS_MAX: usize = 0;
 
-/// Base vectors at a point, in columns.
+/// Base vectors at a point, as columns.
 fn base_vectors(pairs: &Pairs, plane: &Plane, zeta: f64) -> Mat3 {
     let along = |by: &[f64; 4]| blend(by, &pairs.mean) + blend(by, &pairs.half) * zeta;
     let across = blend(&plane.value, &pairs.half);
     Mat3::from_columns(&[along(&plane.by_xi), along(&plane.by_eta), across])
 }
 
-/// The inverse of base vectors that are right-handed, and their determinant.
+/// Inverse and determinant of right-handed base vectors; `None` if they are not right-handed.
 fn inverse(base: &Mat3) -> Option<(Mat3, f64)> {
     let det = base.determinant();
     Some((base.try_inverse().filter(|_| det > 0.0)?, det))
@@ -64,7 +68,7 @@ fn to_cartesian(inverse: &Mat3) -> Mandel66 {
 /// `layers * plane + layer`; `record` is the element's mode record.
 ///
 /// # Errors
-/// [`PointFailure`] when the material or the condensation fails.
+/// [`PointFailure`] if the element is inverted, or the constitutive update or the condensation fails.
 pub(crate) fn evaluate<const M: usize>(
     input: &ElementInput<'_>,
     thickness_rule: &[(f64, f64)],
@@ -77,17 +81,24 @@ pub(crate) fn evaluate<const M: usize>(
     let (inverse, det) = inverse(&base)
         .ok_or(PointFailure { point: 0, reason: FailureReason::Inverted { ratio: 0.0 } })?;
     let (centre, axes) = ((to_cartesian(&inverse), det), Axes::new(&base, &inverse));
-    // A stretch has the size of a strain.
-    let unit =
-        std::array::from_fn(|k| if k < THICKNESS_MODES { PLANE[0].unit(&centre.0) } else { 1.0 });
+    // A unit stretch has a strain norm of one.
+    let strain_norm = std::array::from_fn(|k| {
+        if k < THICKNESS_MODES { PLANE[0].strain_norm(&centre.0) } else { 1.0 }
+    });
     let at = |alpha: &_, record: &mut _| {
         let shape = Shape { pairs: &reference, centre: &centre, axes: &axes, rule: thickness_rule };
         evaluate_at(input, &shape, alpha, new_state, record, out)
     };
-    ModeSums::<M>::with_prediction(record, input.displacement, &unit, ROUNDS, at)
+    ModeSums::<M>::with_prediction(
+        record,
+        input.displacement,
+        &strain_norm,
+        MODE_ITERATIONS_MAX,
+        at,
+    )
 }
 
-/// [`evaluate`] with given values of the modes.
+/// [`evaluate`] for given values of the modes.
 fn evaluate_at<const M: usize>(
     input: &ElementInput<'_>,
     shape: &Shape<'_>,
@@ -95,7 +106,7 @@ fn evaluate_at<const M: usize>(
     new_state: &mut [f64],
     record: &mut [f64],
     out: &mut ElementMatrices,
-) -> Result<Unsettled<M>, PointFailure> {
+) -> Result<ModeResidual<M>, PointFailure> {
     *out = ElementMatrices::zero();
     let moved = Moved::new::<M>(input, shape.pairs);
     let mut sums =
@@ -118,7 +129,7 @@ fn evaluate_at<const M: usize>(
         .map_err(|reason| PointFailure { point: 0, reason })
 }
 
-/// The points of the mid surface.
+/// Columns at the four points of the mid-surface.
 fn columns<'a, const M: usize>(
     input: &'a ElementInput<'a>,
     shape: &'a Shape<'a>,
@@ -130,13 +141,13 @@ fn columns<'a, const M: usize>(
         let (xi, eta) = (corners[index].0 * gauss, corners[index].1 * gauss);
         let in_plane = match M {
             MEMBRANE_MODES => InPlane::assumed_at(shape.pairs, xi, eta),
-            _ => InPlane::AS_IT_IS,
+            _ => InPlane::IDENTITY,
         };
         Column { input, shape, moved, in_plane, index, xi, eta }
     })
 }
 
-/// Adds a scalar form between `a_0..a_3, d_0..d_3` to the nodes' diagonal entries.
+/// Adds a scalar form between `a_0..a_3, d_0..d_3` to the tangent as `value · 1` for each pair of nodes.
 fn add_pair_form(form: &[[f64; 8]; 8], tangent: &mut [[f64; DOFS]; DOFS]) {
     for i in 0..8 {
         for j in 0..8 {

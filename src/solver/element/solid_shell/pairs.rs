@@ -1,14 +1,14 @@
-//! Node pairs of a solid-shell, a place of its mid surface, and how its modes go through the thickness.
+//! Node pairs of a solid-shell, shape functions of its mid-surface, and its enhanced modes.
 
 use super::stretch::STRETCHES;
 use crate::geometry::Vec3;
 use crate::solver::element::modes::Mode;
 
-/// Shapes of the strain through the thickness, each over the mid surface as one of [`PLANE`].
+/// Number of shapes in ζ of the enhanced thickness strain; each is multiplied by the functions [`PLANE`].
 pub(super) const SHAPES: usize = 2;
-/// Modes through the thickness, and with those of the membrane.
+/// Number of thickness modes.
 pub(crate) const THICKNESS_MODES: usize = SHAPES * PLANE.len();
-/// How modes through the thickness go over the mid surface.
+/// Polynomials of the thickness modes over the mid-surface.
 pub(super) const PLANE: [Mode; 4] =
     [mode(2, [0, 0, 0]), mode(2, [1, 0, 0]), mode(2, [0, 1, 0]), mode(2, [1, 1, 0])];
 pub(crate) const MEMBRANE_MODES: usize = THICKNESS_MODES + STRETCHES;
@@ -35,7 +35,7 @@ impl Pairs {
     }
 }
 
-/// Bilinear functions and their derivatives at a point of the mid surface.
+/// Bilinear shape functions and their derivatives at a point of the mid-surface.
 #[derive(Clone, Copy)]
 pub(super) struct Plane {
     pub(in crate::solver) value: [f64; 4],

@@ -1,4 +1,4 @@
-//! What the columns of an element share, and what they add up.
+//! Data common to the columns of an element, and sums over the columns.
 
 use super::fibres::{Fibres, Hourglass};
 use super::pairs::{MEMBRANE_MODES, Pairs};
@@ -8,20 +8,20 @@ use crate::solver::element::ElementInput;
 use crate::solver::element::modes::ModeSums;
 use crate::solver::numbers::tensor::Mandel66;
 
-/// What does not change with the displacement.
+/// Data of the reference configuration.
 #[derive(Clone, Copy)]
 pub(super) struct Shape<'a> {
-    /// Node pairs before anything moved.
+    /// Node pairs of the reference configuration.
     pub(in crate::solver) pairs: &'a Pairs,
     /// Map from natural to Cartesian strain at the element's centre, and det J there.
     pub(in crate::solver) centre: &'a (Mandel66, f64),
-    /// Modes of the mid surface.
+    /// Axes of the in-plane stretch modes.
     pub(in crate::solver) axes: &'a Axes,
     /// Points and weights through the thickness.
     pub(in crate::solver) rule: &'a [(f64, f64)],
 }
 
-/// The element where it has moved to.
+/// Data of the current configuration.
 pub(super) struct Moved {
     pub(in crate::solver) pairs: Pairs,
     pub(in crate::solver) fibres: Fibres,
@@ -38,17 +38,17 @@ impl Moved {
         }));
         let fibres = match M {
             MEMBRANE_MODES => Hourglass::new(reference).fibres(&pairs),
-            _ => Fibres::AS_THEY_ARE,
+            _ => Fibres::ZERO,
         };
         Self { pairs, fibres }
     }
 }
 
-/// What the columns of an element add up to, besides its force and tangent.
+/// Sums over the columns, in addition to force and tangent.
 pub(super) struct Sums<const M: usize> {
     pub(in crate::solver) modes: ModeSums<M>,
-    /// Between the vectors `a_0..a_3, d_0..d_3`.
+    /// Geometric stiffness between the vectors `a_0..a_3, d_0..d_3`.
     pub(in crate::solver) curvature: [[f64; 8]; 8],
-    /// What multiplies the second derivatives of the turned fibres.
+    /// Coefficients of the second derivatives of the corrections `F_1, F_2` (`fibres`).
     pub(in crate::solver) turning: [f64; 2],
 }

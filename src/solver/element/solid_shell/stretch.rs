@@ -1,19 +1,20 @@
-//! Stretches of an element along its axes, the modes of its mid surface.
+//! In-plane stretch modes of a solid-shell along its axes.
 //!
-//! An element that bends in its plane has fibres along `ξ` that are longer on one side; those across are free to follow,
-//! by a displacement inside the element that leaves its nodes. Its gradient multiplies: `C' = Uᵀ C U` with
-//! `U = 1 + Σ b_k c_k ⊗ c^k`, `c_k` and `c^k` the base of the element's centre before anything moved. A mode added to the
-//! strain instead has the stiffness `h - 2 τ` in a fibre of stress `τ` and modulus `h`, where the fibre itself has `h - τ`,
-//! and is lost once the sheet has been drawn far.
+//! In-plane bending makes fibres along `ξ` longer on one side of the element. Fibres along `η` follow by an internal
+//! displacement that leaves the nodes unchanged. Its gradient acts multiplicatively: `C' = Uᵀ C U` with
+//! `U = 1 + Σ b_k c_k ⊗ c^k`; `c_k` and `c^k` are the base vectors of the undeformed centre and their duals.
 //!
-//! As `U c_k = (1 + b_k) c_k`, all derivatives can be said by what is there after the stretch.
+//! A mode added to the strain would give a fibre of stress `τ` and modulus `h` the stiffness `h - 2 τ`, where the
+//! fibre itself has `h - τ`. Such a mode becomes unstable after large draw-in.
+//!
+//! Since `U c_k = (1 + b_k) c_k`, all derivatives can be expressed by quantities of the stretched state.
 
 use crate::geometry::{Mat3, Vec3};
 
-/// Modes that stretch: along the first axis and along the second.
+/// Number of stretch modes: along the first and along the second axis.
 pub(super) const STRETCHES: usize = 2;
 
-/// Axes of an element before anything moved.
+/// Axes of an element in the reference configuration.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axes {
     /// `c_k`.
@@ -22,7 +23,7 @@ pub(super) struct Axes {
     pub dual: [Vec3; STRETCHES],
 }
 
-/// Stretches at a place.
+/// Stretches at a point of the mid-surface.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stretch<'a> {
     pub axes: &'a Axes,
@@ -33,7 +34,7 @@ pub(super) struct Stretch<'a> {
 }
 
 impl Axes {
-    /// With the base vectors of the centre in the columns of `base`, and its inverse.
+    /// Axes from the base vectors of the centre, the columns of `base`, and their inverse.
     pub fn new(base: &Mat3, inverse: &Mat3) -> Self {
         Self {
             base: [0, 1].map(|k| base.column(k).into_owned()),
@@ -44,7 +45,7 @@ impl Axes {
     /// Stretches `b_k = values[k] alpha[k]`.
     ///
     /// # Errors
-    /// The least `1 + b_k` when it is not above zero.
+    /// `1 + b_k` of the first axis for which it is not positive.
     pub fn stretched(
         &self,
         values: [f64; STRETCHES],
@@ -69,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fibres_along_the_axes_are_stretched_and_nothing_else() {
+    fn only_fibres_along_the_axes_are_stretched() {
         let base = Mat3::from_columns(&[
             Vec3::new(1.0, 0.1, 0.0),
             Vec3::new(0.4, 0.8, 0.1),

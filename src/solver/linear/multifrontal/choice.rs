@@ -1,5 +1,5 @@
-//! Which order blocks are eliminated in: dissection by their coordinates, or minimum degree for graphs of which coordinates
-//! say nothing.
+//! Choice of the elimination order: nested dissection by coordinates, or minimum degree for graphs unrelated to
+//! coordinates.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
@@ -10,20 +10,20 @@ use super::pattern::{Members, PatternError};
 use super::supernodes::{Supernodes, supernodes};
 use crate::geometry::Vec3;
 
-/// How the order of elimination was found.
+/// Method that produced the elimination order.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Ordering {
-    /// Nested dissection by the blocks' coordinates.
+    /// Nested dissection by the coordinates of the blocks.
     #[default]
     Coordinates,
-    /// Approximate minimum degree of the graph of blocks.
+    /// Approximate minimum degree of the block graph.
     MinimumDegree,
 }
 
-/// An order of elimination and the fronts that it makes.
+/// An elimination order and its fronts.
 pub(super) struct Elimination {
     pub ordering: Ordering,
-    /// Block ids, first eliminated first; those without unknowns are left out.
+    /// Block ids in elimination order; blocks without unknowns are excluded.
     pub order: Vec<u32>,
     pub nodes: Supernodes,
 }
@@ -35,7 +35,7 @@ impl Elimination {
         Self { ordering, order, nodes }
     }
 
-    /// Multiplications and additions of a factorisation.
+    /// Number of multiply-add operations of a factorisation.
     fn operations(&self, members: &Members) -> f64 {
         let unknowns = |positions: &[u32]| -> usize {
             positions.iter().map(|&p| members.of(self.order[p as usize] as usize).len()).sum()
@@ -45,17 +45,17 @@ impl Elimination {
     }
 }
 
-/// Multiplications and additions of one front.
+/// Number of multiply-add operations of one front.
 pub(super) fn front_operations(pivots: usize, below: usize) -> f64 {
     let (np, m) = (pivots as f64, below as f64);
     2.0 / 3.0 * np.powi(3) + 2.0 * np * np * m + 2.0 * np * m * m
 }
 
-/// Share of the operations with coordinates below which minimum degree is taken. On sheets it takes 0.7 to 1.7 times as many,
-/// on strips one or two elements wide, which cost little, 0.47 and more: these keep their order.
+/// Ratio of the operation counts (minimum degree over dissection) below which minimum degree is used. Sheets have
+/// ratios of 0.7 to 1.7. Strips one or two elements wide, which cost little, have 0.47 and more and keep dissection.
 const MINIMUM_DEGREE_WORK_RATIO: f64 = 0.35;
 
-/// Minimum degree where there are no coordinates, or where it takes far fewer operations; else dissection by `centers`.
+/// Minimum degree if there are no coordinates or if it needs far fewer operations; otherwise dissection by `centers`.
 pub(super) fn elimination(
     graph: &BlockGraph,
     centers: &[Vec3],
@@ -63,7 +63,7 @@ pub(super) fn elimination(
 ) -> Result<Elimination, PatternError> {
     let by = |ordering, order| Elimination::new(ordering, order, graph, members);
     let degree = by(Ordering::MinimumDegree, minimum_degree(graph)?);
-    if !tell_apart(centers) {
+    if !are_distinct(centers) {
         return Ok(degree);
     }
     let dissected = by(Ordering::Coordinates, nested_dissection(graph, centers));
@@ -72,16 +72,16 @@ pub(super) fn elimination(
     Ok(if better { degree } else { dissected })
 }
 
-/// Coordinates are known and not all the same.
-fn tell_apart(centers: &[Vec3]) -> bool {
+/// Whether the coordinates are known and not all equal.
+fn are_distinct(centers: &[Vec3]) -> bool {
     let known = centers.iter().all(|c| c.iter().all(|x| x.is_finite()));
     known && (centers.len() == 1 || centers.iter().any(|c| *c != centers[0]))
 }
 
-/// Elimination order of a graph (block ids, first eliminated first) by approximate minimum degree.
+/// Elimination order of a graph (block ids in elimination order) by approximate minimum degree.
 fn minimum_degree(graph: &BlockGraph) -> Result<Vec<u32>, PatternError> {
     let n = graph.len();
-    // The upper triangle, column by column.
+    // Upper triangle in compressed columns.
     let mut start = vec![0u32];
     let mut rows: Vec<u32> = Vec::with_capacity(graph.neighbours.len() / 2);
     for b in 0..n {
@@ -109,7 +109,7 @@ mod tests {
         members_of(&block, graph.len())
     }
 
-    /// Operations by minimum degree over those by coordinates.
+    /// Operations with minimum degree over those with coordinates.
     fn ratio(graph: &BlockGraph, centers: &[Vec3], size: usize) -> f64 {
         let members = members(graph, size);
         let by = |order| {
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_that_say_nothing_cost_many_times_the_operations() {
+    fn unrelated_coordinates_cost_many_times_the_operations() {
         for (n, most) in [(6, 0.3), (8, 0.15), (12, 0.04)] {
             let (graph, centers) = scattered(n);
             let ratio = ratio(&graph, &centers, 3);

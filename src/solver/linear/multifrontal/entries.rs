@@ -1,9 +1,9 @@
-//! Where every matrix value goes: the assembly map from the pattern to the fronts' storage.
+//! Assembly map from the matrix values of the pattern to the storage of the fronts.
 
 use super::fronts::{Front, Symbolic};
 use super::pattern::{PatternError, PatternRef};
 
-/// Fills the plan's assembly map.
+/// Computes the assembly map of the plan.
 pub(super) fn map_entries(
     plan: &mut Symbolic,
     pattern: PatternRef<'_>,
@@ -27,7 +27,7 @@ pub(super) fn map_entries(
         front.entries = start[f]..start[f + 1];
         number(front, &mut local, |k| k);
         for k in front.entries.clone() {
-            place[k] = place_in(front, at[k].map(|new| local[new as usize] as usize))?;
+            place[k] = storage_index(front, at[k].map(|new| local[new as usize] as usize))?;
         }
         // Rows of later fronts must not be found here.
         number(front, &mut local, |_| u32::MAX);
@@ -37,8 +37,8 @@ pub(super) fn map_entries(
     Ok(())
 }
 
-/// Place in the storage of a front of the value at this row and column of it.
-fn place_in(front: &Front, [row, column]: [usize; 2]) -> Result<u32, PatternError> {
+/// Index in the storage of a front of its entry at the given row and column.
+fn storage_index(front: &Front, [row, column]: [usize; 2]) -> Result<u32, PatternError> {
     let (np, height) = (front.pivots, front.pivots + front.below);
     if row >= height || column >= height {
         return Err(PatternError("a value lies outside its front"));
@@ -51,7 +51,7 @@ fn place_in(front: &Front, [row, column]: [usize; 2]) -> Result<u32, PatternErro
     Ok(place as u32)
 }
 
-/// Gives the unknowns of a front their numbers in it.
+/// Sets the local numbers of the unknowns of a front.
 fn number(front: &Front, local: &mut [u32], to: impl Fn(u32) -> u32) {
     let pivots = front.first as u32..(front.first + front.pivots) as u32;
     for (k, unknown) in (0..).zip(pivots.chain(front.rows.iter().copied())) {
@@ -59,13 +59,13 @@ fn number(front: &Front, local: &mut [u32], to: impl Fn(u32) -> u32) {
     }
 }
 
-/// Matrix values sorted by the front in which their row or column is eliminated first.
+/// Matrix values sorted by the front that eliminates their row or column first.
 struct Sorted {
-    /// Where each front's values begin, one more than fronts.
+    /// First value of each front; length fronts + 1.
     start: Vec<usize>,
-    /// Index in the matrix.
+    /// Index of the value in the matrix.
     value: Vec<u32>,
-    /// Row and column in the plan's numbering.
+    /// Row and column in the numbering of the plan.
     at: Vec<[u32; 2]>,
 }
 

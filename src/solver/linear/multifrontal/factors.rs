@@ -2,46 +2,46 @@
 
 use super::memory::Memory;
 
-/// Columns of a strip of a large product; operations below which a front is not cut into strips.
-pub(super) const STRIP: usize = 96;
+/// Columns of a strip of a large product, and operations below which a front is not divided into strips.
+pub(super) const STRIP_COLUMNS: usize = 96;
 
-pub(super) const STRIP_FLOPS: f64 = 2e7;
+pub(super) const STRIP_FLOPS_MIN: f64 = 2e7;
 
-/// A front whose pivot block is singular.
+/// A front with a singular pivot block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
     "the matrix is singular near unknown {unknown}: a part of the model is not held, or its stiffness has vanished"
 )]
 pub struct Singular {
-    /// An unknown (numbered as in the pattern) of the pivot block that has no inverse.
+    /// Unknown (in the numbering of the pattern) of the singular pivot block.
     pub unknown: usize,
 }
 
-/// What is factored.
+/// Type of the factorisation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Any matrix: P A = L U within every front.
+    /// General matrix: P A = L U within every front.
     #[default]
     General,
-    /// Symmetric and positive definite: A = L L^T; only the lower triangle is read.
+    /// Symmetric positive definite matrix: A = L L^T; only the lower triangle is read.
     Symmetric,
 }
 
-/// Factors of one matrix, and the memory for the next ones of the same pattern.
+/// Factors of one matrix, with memory reused for later matrices of the same pattern.
 #[derive(Debug, Default)]
 pub struct Factors {
     pub(super) storage: Memory,
     pub(super) workspace: Memory,
-    /// Row of the pivot block that stands in each place after pivoting, counted within its front.
+    /// Original row at each position of the pivot block after pivoting, local to its front.
     pub(super) pivot: Vec<u32>,
     pub(super) inverse: Vec<u32>,
     pub(super) kind: Kind,
-    /// What was left of the right-hand sides in every front when its pivots were eliminated.
+    /// Right-hand sides of every front after elimination of its pivots.
     pub(super) eliminated: Vec<f64>,
 }
 
 impl Factors {
-    /// Whether they are those of a symmetric matrix.
+    /// Whether these are the LL^T factors of a symmetric matrix.
     #[must_use]
     pub fn is_symmetric(&self) -> bool {
         self.kind == Kind::Symmetric

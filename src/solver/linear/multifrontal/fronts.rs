@@ -1,8 +1,8 @@
-//! The plan of a factorisation: fronts in the order of elimination.
+//! Plan of a factorisation: fronts in elimination order.
 
 use super::choice::Ordering;
 
-/// A run of consecutive rows of a child's contribution that lands on consecutive rows of its parent's front.
+/// A run of consecutive rows of the contribution of a child that map to consecutive rows of its parent.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Run {
     pub child: u32,
@@ -10,39 +10,39 @@ pub(super) struct Run {
     pub len: u32,
 }
 
-/// One front: a dense block of `pivots` unknowns eliminated together and the `below` unknowns they touch.
+/// One front: a dense block of `pivots` unknowns eliminated together and the `below` unknowns coupled to them.
 ///
-/// Storage, column by column: the panel ((pivots + below) x pivots: pivot block over L21), then U12
-/// (pivots x below). The contribution block (below x below) lives in the workspace.
+/// Storage is column-major: the panel ((pivots + below) x pivots: pivot block over L21), then U12 (pivots x below).
+/// The contribution block (below x below) is kept in the workspace.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Front {
     /// First pivot in the new numbering; pivots are consecutive.
     pub first: usize,
     pub pivots: usize,
     pub below: usize,
-    /// Unknowns below, new numbering, rising.
+    /// Unknowns below the pivots in the new numbering, ascending.
     pub rows: Vec<u32>,
-    /// Fronts whose contributions are added here, rising.
+    /// Fronts whose contributions are added to this one, ascending.
     pub children: Vec<u32>,
-    /// The front that this one's contribution is added to; of a root any.
+    /// Front that receives the contribution of this one; undefined for a root.
     pub parent: u32,
-    /// Start of its pivots and the unknowns below among those of all fronts.
+    /// Start of the pivots and unknowns below among those of all fronts.
     pub local: usize,
-    /// How this front's contribution lands in its parent.
+    /// Map of the contribution to the parent.
     pub runs: Vec<Run>,
     /// Start in the factor storage.
     pub storage: usize,
-    /// Start of this front's contribution block in the workspace: its children's lie above it.
+    /// Start of the contribution block in the workspace; those of the children follow it.
     pub contribution: usize,
     /// Range in the assembly map.
     pub entries: std::ops::Range<usize>,
     /// First front of the subtree.
     pub subtree: usize,
-    /// Workspace its subtree needs, own contribution included.
+    /// Workspace of the subtree, including the contribution of this front.
     pub workspace: usize,
-    /// The children are worked on side by side, each in its own workspace.
+    /// Whether the children are processed in parallel, each with its own workspace.
     pub parallel: bool,
-    /// Some front of the subtree is `parallel`.
+    /// Whether any front of the subtree is `parallel`.
     pub forks: bool,
     /// Operations of the subtree.
     pub flops: f64,
@@ -57,32 +57,32 @@ impl Front {
         self.panel_len() + self.pivots * self.below
     }
 
-    /// Rounded up so that the next one begins on a cache line.
+    /// Rounded up so that the next block starts on a cache line.
     pub fn contribution_len(&self) -> usize {
         (self.below * self.below).next_multiple_of(8)
     }
 }
 
-/// The plan of a factorisation.
+/// Plan of a factorisation (result of the symbolic analysis).
 #[derive(Debug, Clone, Default)]
 pub struct Symbolic {
-    /// Request to give up a factorisation.
+    /// Cancellation of a factorisation.
     pub(in crate::solver::linear) cancel: crate::cancel::Cancel,
-    /// How the order of elimination was found.
+    /// Method that produced the elimination order.
     pub(in crate::solver) ordering: Ordering,
     /// Number of unknowns.
     pub(super) n: usize,
-    /// New number of each unknown to its old one.
+    /// Old number of each unknown by its new number.
     pub(super) old_of_new: Vec<u32>,
-    /// Fronts in the order of elimination, children before parents, each subtree consecutive.
+    /// Fronts in elimination order: children before parents, each subtree consecutive.
     pub(super) fronts: Vec<Front>,
-    /// Fronts without a parent, rising.
+    /// Fronts without a parent, ascending.
     pub(super) roots: Vec<u32>,
-    /// Index of a matrix value, for every entry of every front.
+    /// Index of the matrix value of every entry of every front.
     pub(super) entry_value: Vec<u32>,
-    /// Where it goes in its front's storage.
+    /// Index of the entry in the storage of its front.
     pub(super) entry_place: Vec<u32>,
-    /// Pivots and unknowns below of all fronts.
+    /// Total number of pivots and unknowns below of all fronts.
     pub(super) locals: usize,
     /// Length of the factor storage.
     pub(super) storage: usize,

@@ -1,8 +1,8 @@
-//! Sparse rows times the inverse times unit columns, `D A^-1 E`, which an exchange of a few rows needs.
+//! Products `D A⁻¹ E` of sparse rows, the inverse and unit columns, as needed for a low-rank update.
 //!
-//! With `P A = L U` in the new numbering that is `(D U^-1) (L^-1 P E)`: two sweeps from the leaves to the roots. Each meets
-//! only the fronts between its entries and the roots, and in each of them only the right-hand sides that have entries at it
-//! or below; then come the products of what the two left at the pivots of the fronts that they share.
+//! With `P A = L U` in the new numbering the product is `(D U⁻¹) (L⁻¹ P E)`: two sweeps from the leaves to the roots.
+//! Each sweep visits only the fronts between its entries and the roots, and in each front only the right-hand sides
+//! with entries in its subtree. The results of both sweeps at the pivots of common fronts are then multiplied.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve as triangular;
@@ -12,12 +12,12 @@ use rayon::prelude::*;
 use super::factors::{Factors, add};
 use super::fronts::{Front, Symbolic};
 
-/// A sparse row: columns, and the entry in each.
+/// A sparse row: column indices and values.
 pub type SparseRow<'a> = (&'a [usize], &'a [f64]);
 
-/// Rows and columns that meet by way of the inverse, and the fronts on their way.
+/// Plan of the products `D A⁻¹ E`: entries and the fronts between them and the roots.
 #[derive(Debug, Clone)]
-pub struct Meeting {
+pub struct InverseProduct {
     rows: Side,
     columns: Side,
 }
@@ -25,11 +25,11 @@ pub struct Meeting {
 /// Right-hand sides of one sweep.
 #[derive(Debug, Clone)]
 struct Side {
-    /// Unknown (new numbering), right-hand side and value; by unknown, then right-hand side.
+    /// Unknown (new numbering), right-hand side and value, sorted by unknown, then by right-hand side.
     entries: Vec<(u32, u32, f64)>,
-    /// For every front the right-hand sides with entries in its subtree, rising.
+    /// For every front the right-hand sides with entries in its subtree, ascending.
     active: Vec<Vec<u32>>,
-    /// How many there are.
+    /// Number of right-hand sides.
     count: usize,
 }
 
@@ -54,7 +54,7 @@ impl Side {
         &self.entries[before(front.first)..before(front.first + front.pivots)]
     }
 
-    /// Operations of its sweep.
+    /// Operations of the sweep.
     fn operations(&self, fronts: &[Front]) -> f64 {
         let of = |(front, active): (&Front, &Vec<u32>)| {
             active.len() as f64 * (front.pivots * (front.pivots + 2 * front.below)) as f64
@@ -64,9 +64,13 @@ impl Side {
 }
 
 impl Symbolic {
-    /// Plans the products of `rows` and unit `columns` (numbered as in the pattern).
+    /// Plans the products of `rows` and unit `columns` (in the numbering of the pattern).
     #[must_use]
-    pub fn meeting(&self, rows: &[SparseRow<'_>], columns: &[usize]) -> Meeting {
+    pub fn plan_inverse_product(
+        &self,
+        rows: &[SparseRow<'_>],
+        columns: &[usize],
+    ) -> InverseProduct {
         let mut new_of_old = vec![0; self.n];
         for (new, &old) in self.old_of_new.iter().enumerate() {
             new_of_old[old as usize] = new as u32;
@@ -79,13 +83,13 @@ impl Symbolic {
         let units =
             columns.iter().enumerate().map(|(j, &column)| (new_of_old[column], j as u32, 1.0));
         let columns = Side::new(&self.fronts, units.collect(), columns.len());
-        Meeting { rows, columns }
+        InverseProduct { rows, columns }
     }
 
-    /// Operations for the products, over those of a factorisation.
+    /// Operations of the products over those of a factorisation.
     #[must_use]
-    pub fn share_of_factorisation(&self, meeting: &Meeting) -> f64 {
-        let Meeting { rows, columns } = meeting;
+    pub fn relative_cost(&self, product: &InverseProduct) -> f64 {
+        let InverseProduct { rows, columns } = product;
         let shared = self.fronts.iter().zip(rows.active.iter().zip(&columns.active));
         let products =
             shared.map(|(front, (rows, columns))| 2 * front.pivots * rows.len() * columns.len());
@@ -95,10 +99,10 @@ impl Symbolic {
         (sweeps + products as f64) / whole.max(1.0)
     }
 
-    /// The products, those of one column after those of the other, with the factors of [`Symbolic::factor`].
+    /// The products, column-major, with the factors of [`Symbolic::factor`].
     #[must_use]
-    pub fn products(&self, factors: &Factors, meeting: &Meeting) -> Vec<f64> {
-        let Meeting { rows, columns } = meeting;
+    pub fn products(&self, factors: &Factors, product: &InverseProduct) -> Vec<f64> {
+        let InverseProduct { rows, columns } = product;
         let sweep = |side, of_rows| Sweep { plan: self, factors, side, of_rows }.all();
         let (by_rows, by_columns) = rayon::join(|| sweep(rows, true), || sweep(columns, false));
         let mut out = vec![0.0; rows.count * columns.count];
@@ -125,7 +129,7 @@ impl Symbolic {
     }
 }
 
-/// One sweep: `L^-1 P` of unit columns, or `U^-T` of rows.
+/// One sweep: `L⁻¹ P` of unit columns, or `U⁻ᵀ` of rows.
 struct Sweep<'a> {
     plan: &'a Symbolic,
     factors: &'a Factors,
@@ -133,12 +137,12 @@ struct Sweep<'a> {
     of_rows: bool,
 }
 
-/// What the active right-hand sides of a front leave at its pivots.
+/// Results of a front at its pivots for its active right-hand sides.
 type Head = (u32, Vec<f64>);
 
-/// What a subtree leaves: at its pivots, front by front, and for the parent of its root.
+/// Results of a subtree: at the pivots of each front, and the contribution to the parent of its root.
 #[derive(Default)]
-struct Left {
+struct SubtreeResult {
     heads: Vec<Head>,
     tail: Vec<f64>,
 }
@@ -149,9 +153,9 @@ impl Sweep<'_> {
         roots.flat_map(|&root| self.subtree(root as usize).heads).collect()
     }
 
-    fn subtree(&self, root: usize) -> Left {
+    fn subtree(&self, root: usize) -> SubtreeResult {
         if self.side.active[root].is_empty() {
-            return Left::default();
+            return SubtreeResult::default();
         }
         let front = &self.plan.fronts[root];
         if front.forks {
@@ -167,14 +171,14 @@ impl Sweep<'_> {
             heads.push((k as u32, head));
             tails[k - front.subtree] = tail;
         }
-        Left { heads, tail: tails.pop().unwrap_or_default() }
+        SubtreeResult { heads, tail: tails.pop().unwrap_or_default() }
     }
 
-    /// A subtree whose parts are worked on side by side.
-    fn forked(&self, root: usize) -> Left {
+    /// Processes a subtree whose parts run in parallel.
+    fn forked(&self, root: usize) -> SubtreeResult {
         let children = &self.plan.fronts[root].children;
         let below = |&child: &u32| (child, self.subtree(child as usize));
-        let below: Vec<(u32, Left)> = if self.plan.fronts[root].parallel {
+        let below: Vec<(u32, SubtreeResult)> = if self.plan.fronts[root].parallel {
             children.par_iter().map(below).collect()
         } else {
             children.iter().map(below).collect()
@@ -186,14 +190,14 @@ impl Sweep<'_> {
         }
         let [head, tail] = self.eliminate(root, &tails);
         heads.push((root as u32, head));
-        Left { heads, tail }
+        SubtreeResult { heads, tail }
     }
 
-    /// Works on a front: what its right-hand sides leave at its pivots, and for its parent.
+    /// Processes a front: results at its pivots and contribution to its parent.
     fn eliminate(&self, k: usize, children: &[(u32, Vec<f64>)]) -> [Vec<f64>; 2] {
         let front = &self.plan.fronts[k];
         let (np, count) = (front.pivots, self.side.active[k].len());
-        let [mut head, mut tail] = self.gathered(k, children);
+        let [mut head, mut tail] = self.assemble(k, children);
         let storage = &self.factors.storage()[front.storage..front.storage + front.storage_len()];
         let (panel, u12) = storage.split_at(front.panel_len());
         let (top, low) =
@@ -223,8 +227,8 @@ impl Sweep<'_> {
         [head, tail]
     }
 
-    /// A front's right-hand sides with what its children leave, at its pivots and below.
-    fn gathered(&self, k: usize, children: &[(u32, Vec<f64>)]) -> [Vec<f64>; 2] {
+    /// Assembles the right-hand sides of a front and the contributions of its children, at its pivots and below.
+    fn assemble(&self, k: usize, children: &[(u32, Vec<f64>)]) -> [Vec<f64>; 2] {
         let (front, active) = (&self.plan.fronts[k], &self.side.active[k]);
         let (np, below) = (front.pivots, front.below);
         let mut head = vec![0.0; np * active.len()];
@@ -239,7 +243,7 @@ impl Sweep<'_> {
             for (part, side) in parts.zip(&self.side.active[*child as usize]) {
                 let at = active.partition_point(|other| other < side);
                 for run in runs {
-                    // A run does not straddle the border between pivots and the rest.
+                    // A run does not cross the boundary between pivots and the rows below.
                     let (from, to) = (&part[run.child as usize..], run.parent as usize);
                     match to.checked_sub(np) {
                         None => add(&mut head[at * np + to..], from, run.len),

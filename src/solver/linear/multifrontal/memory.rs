@@ -1,41 +1,41 @@
-//! The memory of the factors: a hundred megabytes that every solve walks through.
+//! Memory of the factors: about a hundred megabytes, traversed by every solve.
 //!
-//! It comes from the system in large pages where there are such. With pages of 4 kB the processor looks up as many
-//! addresses as it reads cache lines of a front's columns; a solve takes a sixth longer.
+//! It is allocated in huge pages where the system supports them. With pages of 4 kB address translation costs as much
+//! as reading the columns of a front; a solve takes one sixth longer.
 
 use memmap2::MmapMut;
 
-/// Numbers that begin on a cache line, all zero at first.
+/// Zero-initialised numbers aligned to a cache line.
 #[derive(Debug, Default)]
 pub(super) struct Memory {
-    place: Place,
+    place: Allocation,
     len: usize,
 }
 
 #[derive(Debug)]
-enum Place {
-    /// From the system.
+enum Allocation {
+    /// Mapped by the system.
     Mapped(MmapMut),
-    /// From the allocator, where the system gives none: from this number on.
+    /// Allocated by the allocator as fallback; the data start at this offset.
     Owned(Vec<f64>, usize),
 }
 
-impl Default for Place {
+impl Default for Allocation {
     fn default() -> Self {
         Self::Owned(Vec::new(), 0)
     }
 }
 
-/// Numbers worth a large page [bytes].
-const LARGE: usize = 1 << 21;
+/// Size from which memory is mapped [bytes]: one huge page.
+const HUGE_PAGE_BYTES: usize = 1 << 21;
 
-impl Place {
+impl Allocation {
     fn new(len: usize) -> Self {
         let bytes = len * size_of::<f64>();
-        if bytes >= LARGE
+        if bytes >= HUGE_PAGE_BYTES
             && let Ok(mapped) = MmapMut::map_anon(bytes)
         {
-            // A wish: where it is not granted, pages are small.
+            // Advisory: if it is refused, pages are small.
             #[cfg(target_os = "linux")]
             let _ = mapped.advise(memmap2::Advice::HugePage);
             return Self::Mapped(mapped);
@@ -47,24 +47,24 @@ impl Place {
 }
 
 impl Memory {
-    /// Makes room for `len` numbers; what stood in another number of them is forgotten.
+    /// Resizes to `len` numbers; the contents are lost if the length changes.
     pub(super) fn resize(&mut self, len: usize) {
         if self.len != len {
-            *self = Self { place: Place::new(len), len };
+            *self = Self { place: Allocation::new(len), len };
         }
     }
 
     pub(super) fn get(&self) -> &[f64] {
         match &self.place {
-            Place::Mapped(bytes) => &bytemuck::cast_slice(bytes)[..self.len],
-            Place::Owned(numbers, from) => &numbers[*from..from + self.len],
+            Allocation::Mapped(bytes) => &bytemuck::cast_slice(bytes)[..self.len],
+            Allocation::Owned(numbers, from) => &numbers[*from..from + self.len],
         }
     }
 
     pub(super) fn get_mut(&mut self) -> &mut [f64] {
         match &mut self.place {
-            Place::Mapped(bytes) => &mut bytemuck::cast_slice_mut(bytes)[..self.len],
-            Place::Owned(numbers, from) => &mut numbers[*from..*from + self.len],
+            Allocation::Mapped(bytes) => &mut bytemuck::cast_slice_mut(bytes)[..self.len],
+            Allocation::Owned(numbers, from) => &mut numbers[*from..*from + self.len],
         }
     }
 }
@@ -77,7 +77,7 @@ mod tests {
     fn numbers_begin_on_a_cache_line_and_at_zero() {
         let mut memory = Memory::default();
         assert!(memory.get().is_empty());
-        for len in [1, 1000, LARGE / 8 + 3, 5] {
+        for len in [1, 1000, HUGE_PAGE_BYTES / 8 + 3, 5] {
             memory.resize(len);
             assert_eq!(memory.get().len(), len);
             assert!(memory.get().iter().all(|x| *x == 0.0));

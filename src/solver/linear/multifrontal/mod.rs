@@ -1,9 +1,10 @@
-//! A multifrontal LU, and LL^T where the matrix is symmetric and positive definite, of our own on dense kernels: nested dissection of blocks by their coordinates (minimum
-//! degree where these say nothing), static memory reused by every refactorisation, pivoting inside fronts, subtrees in parallel, the same bits for any
-//! number of threads.
+//! Multifrontal LU, and LL^T for symmetric positive definite matrices, on dense kernels.
 //!
-//! Rows are pivoted only within the pivot block of their front (an entire through-thickness column of the
-//! sheet at least); whoever calls checks the residual and refines.
+//! - Order: nested dissection of blocks by coordinates, or minimum degree for graphs unrelated to coordinates.
+//! - Memory is static and reused by every refactorisation.
+//! - Subtrees run in parallel; results do not depend on the number of threads.
+//! - Rows are pivoted only within the pivot block of their front (at least one complete through-thickness column of
+//!   the sheet). The caller checks the residual and refines.
 
 mod choice;
 mod entries;
@@ -23,7 +24,7 @@ mod symmetric;
 pub use choice::Ordering;
 pub use factors::{Factors, Singular};
 pub use fronts::Symbolic;
-pub use inverse::{Meeting, SparseRow};
+pub use inverse::{InverseProduct, SparseRow};
 pub use pattern::{PatternError, PatternRef};
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
-//! Numeric factorisation: fronts assembled, factored by dense kernels, passed up the tree.
+//! Numeric factorisation: fronts are assembled, factored by dense kernels and passed up the tree.
 //!
-//! The arithmetic of a front does not depend on the number of threads: subtrees run side by side, wide products
-//! are cut into strips of fixed width, and the dense kernels themselves run on one thread each.
+//! The arithmetic of a front does not depend on the number of threads: subtrees run in parallel, wide products are
+//! divided into strips of fixed width, and each dense kernel runs on one thread.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor as lu;
@@ -10,18 +10,18 @@ use faer::linalg::triangular_solve as triangular;
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::factors::{Factors, Kind, STRIP, STRIP_FLOPS, Singular, add};
+use super::factors::{Factors, Kind, STRIP_COLUMNS, STRIP_FLOPS_MIN, Singular, add};
 use super::fronts::{Front, Symbolic};
 use super::part::Part;
-use super::substitute::TOGETHER;
+use super::substitute::RHS_PER_PASS;
 use super::symmetric;
 
 impl Symbolic {
-    /// Factors the matrix with these values (in the pattern's order) into `factors`, reusing its memory, and eliminates
-    /// up to two right-hand sides on the way, for [`Symbolic::finish`].
+    /// Factors the matrix with these values (in the order of the pattern) into `factors`, reusing its memory. Up to
+    /// two right-hand sides are eliminated in the same pass, for [`Symbolic::finish`].
     ///
     /// # Errors
-    /// [`Singular`] when a pivot block has no inverse.
+    /// [`Singular`] if a pivot block is singular.
     pub fn factor(
         &self,
         values: &[f64],
@@ -31,11 +31,11 @@ impl Symbolic {
         self.factor_as(Kind::General, values, factors, rhs)
     }
 
-    /// Factors a symmetric, positive definite matrix into `factors`; only its lower triangle, in the plan's numbering, is
-    /// read.
+    /// Factors a symmetric positive definite matrix into `factors`; only its lower triangle in the numbering of the
+    /// plan is read.
     ///
     /// # Errors
-    /// [`Singular`] when it is not positive definite.
+    /// [`Singular`] if the matrix is not positive definite.
     pub fn factor_symmetric(&self, values: &[f64], factors: &mut Factors) -> Result<(), Singular> {
         self.factor_as(Kind::Symmetric, values, factors, &[])
     }
@@ -47,7 +47,7 @@ impl Symbolic {
         factors: &mut Factors,
         rhs: &[&[f64]],
     ) -> Result<(), Singular> {
-        let rhs = &rhs[..rhs.len().min(TOGETHER)];
+        let rhs = &rhs[..rhs.len().min(RHS_PER_PASS)];
         factors.kind = kind;
         factors.storage.resize(self.storage);
         factors.workspace.resize(self.workspace);
@@ -58,7 +58,7 @@ impl Symbolic {
         for &root in &self.roots {
             let (mut own, rest) = self.split(part, root as usize);
             self.subtree(root as usize, values, &mut own)?;
-            // Roots follow one another and share the workspace.
+            // Roots are processed in sequence and share the workspace.
             part = Part { workspace: own.workspace, workspace_from: own.workspace_from, ..rest };
         }
         Ok(())
@@ -73,7 +73,7 @@ impl Symbolic {
             return Ok(());
         }
         if front.parallel {
-            self.children_side_by_side(front, values, part)?;
+            self.factor_children_in_parallel(front, values, part)?;
         } else {
             for &c in &front.children {
                 self.subtree(c as usize, values, part)?;
@@ -82,7 +82,7 @@ impl Symbolic {
         self.front(root, values, part)
     }
 
-    fn children_side_by_side(
+    fn factor_children_in_parallel(
         &self,
         front: &Front,
         values: &[f64],
@@ -108,7 +108,7 @@ impl Symbolic {
         let (low, above) = part.workspace.split_at_mut(base + front.contribution_len());
         let contribution = &mut low[base..base + front.below * front.below];
         let (panel, u12) = storage.split_at_mut(front.panel_len());
-        self.take_values(front, values, part.kind, panel, u12);
+        self.scatter_values(front, values, part.kind, panel, u12);
         let above_from = front.contribution + front.contribution_len();
         let children = || {
             front.children.iter().map(|&c| {
@@ -136,7 +136,8 @@ impl Symbolic {
         Ok(())
     }
 
-    /// Eliminates the right-hand sides at a front, up to [`TOGETHER`]; `base`: where `locals` begin in the whole.
+    /// Eliminates up to [`RHS_PER_PASS`] right-hand sides at a front; `base` is the offset of `locals` in the
+    /// complete array.
     fn eliminate_at(
         &self,
         i: usize,
@@ -151,8 +152,8 @@ impl Symbolic {
         }
     }
 
-    /// The matrix's own values in a front.
-    fn take_values(
+    /// Scatters the matrix values of a front to its panel and U12 block.
+    fn scatter_values(
         &self,
         front: &Front,
         values: &[f64],
@@ -176,7 +177,7 @@ impl Symbolic {
     }
 }
 
-/// Adds what a child contributes to its parent's pivots.
+/// Adds the contribution of a child to the pivots of its parent (extend-add).
 fn add_to_panel(front: &Front, child: &Front, source: &[f64], panel: &mut [f64], u12: &mut [f64]) {
     let (np, height) = (front.pivots, front.pivots + front.below);
     for (column, from) in columns(child, source) {
@@ -185,14 +186,14 @@ fn add_to_panel(front: &Front, child: &Front, source: &[f64], panel: &mut [f64],
         } else {
             (&mut u12[(column - np) * np..(column - np + 1) * np], np)
         };
-        // A run does not straddle the border between pivots and the rest.
+        // A run does not cross the boundary between pivots and the rows below.
         for run in child.runs.iter().filter(|run| (run.parent as usize) < rows) {
             add(&mut to[run.parent as usize..], &from[run.child as usize..], run.len);
         }
     }
 }
 
-/// Adds what a child contributes to its parent's contribution.
+/// Adds the contribution of a child to the contribution of its parent (extend-add).
 fn add_to_contribution(front: &Front, child: &Front, source: &[f64], contribution: &mut [f64]) {
     let (np, m) = (front.pivots, front.below);
     for (column, from) in columns(child, source).filter(|&(column, _)| column >= np) {
@@ -203,7 +204,7 @@ fn add_to_contribution(front: &Front, child: &Front, source: &[f64], contributio
     }
 }
 
-/// Columns of a child's contribution, with their places in its parent.
+/// Columns of the contribution of a child with their indices in its parent.
 fn columns<'a>(
     child: &'a Front,
     source: &'a [f64],
@@ -212,8 +213,8 @@ fn columns<'a>(
     places.map(|place| place as usize).zip(source.chunks_exact(child.below))
 }
 
-/// P A11 = L11 U11, U12 = L11^-1 P A12, L21 = A21 U11^-1, contribution = -L21 U12. On failure the index of a
-/// pivot without a finite inverse.
+/// P A11 = L11 U11, U12 = L11^-1 P A12, L21 = A21 U11^-1, contribution = -L21 U12. On failure returns the index of a
+/// zero or non-finite pivot.
 fn eliminate(
     front: &Front,
     panel: &mut [f64],
@@ -235,15 +236,15 @@ fn eliminate(
         return Ok(());
     }
     let top = top.as_ref();
-    let strips = 2.0 * (np * m) as f64 * (np + m) as f64 > STRIP_FLOPS;
-    let width = if strips { STRIP } else { m };
+    let strips = 2.0 * (np * m) as f64 * (np + m) as f64 > STRIP_FLOPS_MIN;
+    let width = if strips { STRIP_COLUMNS } else { m };
     upper_strips(top, u12, pivot, width);
     lower_strips(top, bottom.as_mut(), width);
     update_strips(bottom.as_ref(), u12, contribution, width);
     Ok(())
 }
 
-/// U12 = L11^-1 P A12, strip by strip.
+/// U12 = L11^-1 P A12 in strips of columns.
 fn upper_strips(top: MatRef<'_, f64>, u12: &mut [f64], pivot: &[u32], width: usize) {
     let np = top.nrows();
     let moved = pivot.iter().enumerate().any(|(k, &p)| k != p as usize);
@@ -261,7 +262,7 @@ fn upper_strips(top: MatRef<'_, f64>, u12: &mut [f64], pivot: &[u32], width: usi
     });
 }
 
-/// L21 = A21 U11^-1, that is U11^T L21^T = A21^T, strip of rows by strip.
+/// L21 = A21 U11^-1, that is U11^T L21^T = A21^T, in strips of rows.
 fn lower_strips(top: MatRef<'_, f64>, bottom: MatMut<'_, f64>, width: usize) {
     let mut strips = Vec::with_capacity(bottom.nrows().div_ceil(width));
     let mut rest = bottom;
@@ -277,7 +278,7 @@ fn lower_strips(top: MatRef<'_, f64>, bottom: MatMut<'_, f64>, width: usize) {
     });
 }
 
-/// contribution = -L21 U12, strip of columns by strip.
+/// contribution = -L21 U12 in strips of columns.
 fn update_strips(l21: MatRef<'_, f64>, u12: &[f64], contribution: &mut [f64], width: usize) {
     let (m, np) = (l21.nrows(), l21.ncols());
     let strips = contribution.par_chunks_mut(width * m).zip(u12.par_chunks(width * np));

@@ -1,13 +1,13 @@
-//! Nested dissection of a block graph by the blocks' coordinates.
+//! Nested dissection of a block graph by the coordinates of the blocks.
 
 use crate::geometry::Vec3;
 
-/// An undirected graph in compressed rows: the neighbours of block b, without b itself.
+/// Undirected graph in compressed rows: the neighbours of block b without b itself.
 #[derive(Debug, Clone, Default)]
 pub struct BlockGraph {
-    /// Start of each block's neighbours, one more than blocks.
+    /// Start of the neighbours of each block; length blocks + 1.
     pub start: Vec<usize>,
-    /// Neighbours, rising within a block.
+    /// Neighbours, ascending within a block.
     pub neighbours: Vec<u32>,
 }
 
@@ -25,21 +25,21 @@ impl BlockGraph {
     }
 }
 
-/// Blocks a leaf of the dissection may hold; smaller leaves cost more fronts than they save fill.
-const LEAF: usize = 6;
+/// Maximum number of blocks of a leaf of the dissection; smaller leaves cost more fronts than they save fill.
+const LEAF_BLOCKS_MAX: usize = 6;
 
-/// Elimination order (block ids, first eliminated first). Each part is halved across its longer side at the
-/// median coordinate; the separator is the smaller of the two layers of blocks that touch across the cut.
-/// Depends on nothing but its arguments.
+/// Elimination order (block ids) by nested dissection. Each part is halved across its longer side at the median
+/// coordinate. The separator is the smaller of the two layers of blocks that are adjacent across the cut. The result
+/// is a pure function of the arguments.
 #[must_use]
 pub fn nested_dissection(graph: &BlockGraph, centers: &[Vec3]) -> Vec<u32> {
     let mut order = Vec::with_capacity(graph.len());
-    // Reverse order of elimination: separators are put out before their halves, then all is reversed.
+    // Built in reverse: separators are appended before their halves, then all is reversed.
     let mut side = vec![0u32; graph.len()];
     let mut stamp = 0;
     let mut parts = vec![(0..graph.len() as u32).collect::<Vec<u32>>()];
     while let Some(mut part) = parts.pop() {
-        if part.len() <= LEAF {
+        if part.len() <= LEAF_BLOCKS_MAX {
             let axis = longest_axes(&part, centers)[0];
             sort_along(&mut part, centers, axis);
             order.extend(part.iter().rev());
@@ -49,7 +49,7 @@ pub fn nested_dissection(graph: &BlockGraph, centers: &[Vec3]) -> Vec<u32> {
         let cut = [first, second]
             .into_iter()
             .map(|axis| split(&mut part, graph, centers, axis, &mut side, &mut stamp))
-            // A cut across the second axis must be clearly thinner to make up for its longer halves.
+            // A cut across the second axis must be clearly thinner to compensate for its longer halves.
             .reduce(|a, b| if 4 * b.separator.len() < 3 * a.separator.len() { b } else { a });
         let Some(cut) = cut else { continue };
         if cut.low.is_empty() && cut.high.is_empty() {
@@ -101,13 +101,13 @@ fn split(
     let (low, high) = (rest(&part[..half]), rest(&part[half..]));
     let mut separator = separator;
     let [longest, second, _] = longest_axes(part, centers);
-    // Along the separator, so that neighbouring blocks are numbered side by side.
+    // Along the separator, so that neighbouring blocks have neighbouring numbers.
     sort_along(&mut separator, centers, if axis == longest { second } else { longest });
     Cut { low, high, separator }
 }
 
-/// Where to cut a sorted part: the widest gap between neighbours in its middle fifth, nearest to the middle
-/// among equals, so that layers of a regular mesh stay whole.
+/// Cut position in a sorted part: the widest gap between neighbours in its middle fifth, nearest to the middle among
+/// equals. Layers of a regular mesh therefore stay whole.
 fn gap_near_middle(part: &[u32], centers: &[Vec3], axis: usize) -> usize {
     let n = part.len();
     let at = |k: usize| centers[part[k] as usize][axis];
@@ -120,7 +120,7 @@ fn gap_near_middle(part: &[u32], centers: &[Vec3], axis: usize) -> usize {
         .unwrap_or(n / 2)
 }
 
-/// Axes by falling extent of the part.
+/// Axes in order of decreasing extent of the part.
 fn longest_axes(part: &[u32], centers: &[Vec3]) -> [usize; 3] {
     let bounds = crate::geometry::Aabb::of_points(part.iter().map(|&b| &centers[b as usize]));
     let extent = bounds.max - bounds.min;
@@ -129,7 +129,7 @@ fn longest_axes(part: &[u32], centers: &[Vec3]) -> [usize; 3] {
     axes
 }
 
-/// Sorts by one coordinate, ties by the others and the id, so that the order is the same everywhere.
+/// Sorts by one coordinate, ties by the others and the id, so that the order is deterministic.
 fn sort_along(part: &mut [u32], centers: &[Vec3], axis: usize) {
     part.sort_unstable_by(|&a, &b| {
         let (ca, cb) = (&centers[a as usize], &centers[b as usize]);
@@ -142,7 +142,7 @@ fn sort_along(part: &mut [u32], centers: &[Vec3], axis: usize) {
 pub(super) mod tests {
     use super::*;
 
-    /// The graph of an nx x ny grid of blocks, each tied to its eight neighbours.
+    /// Graph of an nx x ny grid of blocks, each connected to its eight neighbours.
     pub fn grid(nx: usize, ny: usize) -> (BlockGraph, Vec<Vec3>) {
         let mut graph = BlockGraph { start: vec![0], neighbours: Vec::new() };
         let mut centers = Vec::new();
@@ -162,7 +162,7 @@ pub(super) mod tests {
         (graph, centers)
     }
 
-    /// The graph of ties in any order, given once or twice.
+    /// Graph of undirected edges in any order, given once or twice.
     pub fn from_ties(blocks: usize, ties: impl Iterator<Item = [u32; 2]>) -> BlockGraph {
         let mut near = vec![std::collections::BTreeSet::new(); blocks];
         for [a, b] in ties.filter(|[a, b]| a != b) {
@@ -177,7 +177,7 @@ pub(super) mod tests {
         graph
     }
 
-    /// An n x n x n grid of blocks, each tied to its six neighbours, whose coordinates have been dealt out anew.
+    /// An n x n x n grid of blocks, each connected to its six neighbours, with permuted coordinates.
     pub fn scattered(n: u32) -> (BlockGraph, Vec<Vec3>) {
         let at = |k: u32| [k / (n * n), k / n % n, k % n];
         let next = |k: u32, d: usize| (at(k)[d] + 1 < n).then_some([k, k + [n * n, n, 1][d]]);
@@ -191,7 +191,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn every_block_comes_once_and_the_last_ones_cut_the_grid() {
+    fn every_block_occurs_once_and_the_last_ones_separate_the_grid() {
         let (graph, centers) = grid(21, 20);
         let order = nested_dissection(&graph, &centers);
         let mut seen = order.clone();

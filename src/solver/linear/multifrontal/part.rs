@@ -1,16 +1,16 @@
-//! Memory cut into the parts of subtrees, which are worked on side by side.
+//! Partition of the memory into disjoint parts of subtrees that run in parallel.
 
 use super::factors::{Factors, Kind};
 use super::fronts::{Front, Symbolic};
 
-/// The parts of the output that belong to one subtree; `.._from`: where each begins in the whole.
+/// Output memory of one subtree; the fields `.._from` are offsets in the complete arrays.
 pub(super) struct Part<'a> {
     pub(super) storage: &'a mut [f64],
     pub(super) storage_from: usize,
     pub(super) pivot: &'a mut [u32],
     pub(super) inverse: &'a mut [u32],
     pub(super) unknown_from: usize,
-    /// What is left of `rhs` in its fronts.
+    /// Eliminated right-hand sides of its fronts.
     pub(super) eliminated: &'a mut [f64],
     pub(super) eliminated_from: usize,
     pub(super) workspace: &'a mut [f64],
@@ -20,7 +20,7 @@ pub(super) struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    /// That of all.
+    /// The part of the complete tree.
     pub(super) fn whole(kind: Kind, factors: &'a mut Factors, rhs: &'a [&'a [f64]]) -> Self {
         Self {
             storage: factors.storage.get_mut(),
@@ -39,7 +39,7 @@ impl<'a> Part<'a> {
 }
 
 impl Symbolic {
-    /// Cuts the part of subtree `root` off the front of `part`; its own keeps the whole workspace.
+    /// Splits the part of subtree `root` off the front of `part`; it keeps the whole workspace.
     pub(super) fn split<'a>(&self, part: Part<'a>, root: usize) -> (Part<'a>, Part<'a>) {
         let front = &self.fronts[root];
         let next = self.fronts.get(root + 1);
@@ -67,7 +67,7 @@ impl Symbolic {
         (Part { storage, pivot, inverse, eliminated, ..part }, rest)
     }
 
-    /// The parts of a front's children, each with a workspace of its own above that of the front.
+    /// Parts of the children of a front, each with its own workspace behind that of the front.
     pub(super) fn parts_of_children<'p>(
         &self,
         front: &Front,

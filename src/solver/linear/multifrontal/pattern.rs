@@ -1,22 +1,22 @@
-//! The pattern of a matrix, its unknowns by blocks, and the blocks that are tied.
+//! Pattern of a matrix, grouping of its unknowns in blocks, and the graph of coupled blocks.
 
 use super::order::BlockGraph;
 
-/// A square matrix pattern in compressed rows. Fill is planned for the union of the structure and its mirror.
+/// Square matrix pattern in compressed rows. Fill is computed for the union of the structure and its transpose.
 #[derive(Debug, Clone, Copy)]
 pub struct PatternRef<'a> {
-    /// Start of each row, one more than rows.
+    /// Start of each row; length rows + 1.
     pub row_start: &'a [usize],
     /// Columns of each row.
     pub columns: &'a [u32],
 }
 
-/// Why a pattern cannot be planned.
+/// Reason why a pattern cannot be analysed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("the matrix pattern is not usable: {0}")]
 pub struct PatternError(pub &'static str);
 
-/// Unknowns of each block, rising.
+/// Unknowns of each block, ascending.
 #[derive(Debug, Clone)]
 pub(super) struct Members {
     start: Vec<usize>,
@@ -46,7 +46,7 @@ pub(super) fn members_of(block: &[u32], blocks: usize) -> Members {
     Members { start, unknowns }
 }
 
-/// Blocks tied by a value in either direction.
+/// Graph of blocks coupled by a value in either direction (quotient graph).
 pub(super) fn quotient(pattern: PatternRef<'_>, block: &[u32], members: &Members) -> BlockGraph {
     let blocks = members.start.len() - 1;
     let mut mark = vec![u32::MAX; blocks];

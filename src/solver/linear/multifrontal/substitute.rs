@@ -1,6 +1,6 @@
-//! Forward and backward substitution with LU for one or two right-hand sides that share every pass over the factors,
-//! which is what the time goes into. Subtrees are worked on side by side: every front keeps its part of the solution
-//! in a place of its own, and parents add up their children's parts in a fixed order.
+//! Forward and backward substitution with LU for one or two right-hand sides in a common pass over the factors, since
+//! memory traffic dominates the cost. Subtrees run in parallel: every front stores its part of the solution
+//! separately, and parents add the parts of their children in a fixed order.
 
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -8,20 +8,20 @@ use rayon::prelude::*;
 use super::factors::{Factors, Kind};
 use super::fronts::{Front, Symbolic};
 
-/// Columns of the factors worked on together.
-const COLUMNS: usize = 4;
+/// Columns of the factors processed together.
+const BLOCK_COLUMNS: usize = 4;
 
-/// Right-hand sides that share a pass.
-pub(super) const TOGETHER: usize = 2;
+/// Right-hand sides of one pass.
+pub(super) const RHS_PER_PASS: usize = 2;
 
 impl Symbolic {
-    /// Solves in place for right-hand sides in the pattern's numbering.
+    /// Solves in place for right-hand sides in the numbering of the pattern.
     pub fn solve(&self, factors: &Factors, rhs: &mut [&mut [f64]]) {
         if factors.kind == Kind::Symmetric {
             rhs.iter_mut().for_each(|one| self.solve_symmetric(factors, one));
             return;
         }
-        for pair in rhs.chunks_mut(TOGETHER) {
+        for pair in rhs.chunks_mut(RHS_PER_PASS) {
             match pair {
                 [one] => self.substitute(factors, [&mut **one], None),
                 [one, two] => self.substitute(factors, [&mut **one, &mut **two], None),
@@ -30,7 +30,7 @@ impl Symbolic {
         }
     }
 
-    /// The same for the right-hand sides that were eliminated with the factorisation, and others behind them.
+    /// Solves for right-hand sides of which the first were eliminated during the factorisation.
     pub fn finish(&self, factors: &mut Factors, rhs: &mut [&mut [f64]]) {
         let eliminated = std::mem::take(&mut factors.eliminated);
         let done = eliminated.len() / self.locals.max(1);
@@ -43,7 +43,7 @@ impl Symbolic {
         self.solve(factors, rest);
     }
 
-    /// `eliminated`: what is left of the right-hand sides in every front, if they were eliminated before.
+    /// `eliminated`: right-hand sides of every front after elimination, if done before.
     fn substitute<const R: usize>(
         &self,
         factors: &Factors,
@@ -71,8 +71,8 @@ impl Symbolic {
         }
     }
 
-    /// `L^-1 P` of a front's right-hand side and its children's contributions.
-    /// `locals`: the local numbers of its subtree at least, from `base` on.
+    /// `L⁻¹ P` of the right-hand side of a front and the contributions of its children. `locals` covers at least the
+    /// local numbers of its subtree, from offset `base`.
     pub(super) fn forward_front<const R: usize>(
         &self,
         i: usize,
@@ -101,7 +101,7 @@ impl Symbolic {
                 }
             }
         }
-        // Right-hand sides that are zero in the whole subtree, as those of a few changed rows are.
+        // Skips right-hand sides that vanish in the whole subtree, such as those of a few changed rows.
         if own.iter().all(|x| *x == 0.0) {
             return;
         }
@@ -115,7 +115,7 @@ impl Symbolic {
     }
 }
 
-/// One solve. A front's local numbers are, for one right-hand side after the other, its pivots and the unknowns below.
+/// One solve. For each right-hand side the local numbers of a front are its pivots and the unknowns below.
 struct Pass<'a, const R: usize> {
     plan: &'a Symbolic,
     factors: &'a Factors,
@@ -127,18 +127,18 @@ impl<const R: usize> Pass<'_, R> {
         &self.plan.fronts[i]
     }
 
-    /// Where the local numbers of a subtree begin.
+    /// Offset of the local numbers of a subtree.
     fn base(&self, root: usize) -> usize {
         R * self.front(self.front(root).subtree).local
     }
 
-    /// Local numbers of a subtree.
+    /// Number of local numbers of a subtree.
     fn len(&self, root: usize) -> usize {
         let front = self.front(root);
         R * (front.local + front.pivots + front.below) - self.base(root)
     }
 
-    /// Cuts the local numbers of the children off those of a subtree.
+    /// Splits the local numbers of the children off those of a subtree.
     fn children<'l>(&self, root: usize, locals: &'l mut [f64]) -> Vec<(usize, &'l mut [f64])> {
         let mut rest = locals;
         let mut out = Vec::new();
@@ -173,7 +173,7 @@ impl<const R: usize> Pass<'_, R> {
         self.plan.forward_front(i, self.rhs, (panel, pivot), locals, base);
     }
 
-    /// `parent`: the local numbers of the root's parent.
+    /// `parent`: the local numbers of the parent of the root.
     fn backward(&self, root: usize, locals: &mut [f64], parent: &[f64]) {
         let front = self.front(root);
         let base = self.base(root);
@@ -201,7 +201,7 @@ impl<const R: usize> Pass<'_, R> {
         }
     }
 
-    /// `U^-1` of what [`Pass::forward_front`] left, with the solution above taken from the parent.
+    /// `U⁻¹` of the result of [`Pass::forward_front`]; the solution at the unknowns below is copied from the parent.
     fn backward_front(&self, i: usize, own: &mut [f64], parent: &[f64]) {
         let front = self.front(i);
         let (np, height) = (front.pivots, front.pivots + front.below);
@@ -223,7 +223,7 @@ impl<const R: usize> Pass<'_, R> {
     }
 }
 
-/// Solves with the unit lower triangle on top of `panel` and subtracts what stands below it.
+/// Solves with the unit lower triangle at the top of `panel` and updates the rows below.
 struct Lower<'a, const R: usize> {
     panel: &'a [f64],
     pivots: usize,
@@ -238,9 +238,9 @@ impl<const R: usize> WithSimd for Lower<'_, R> {
         let height = self.own.len() / R;
         let mut x = parts::<R>(self.own, height);
         let mut columns = self.panel.chunks_exact(height);
-        for first in (0..self.pivots).step_by(COLUMNS) {
-            let width = COLUMNS.min(self.pivots - first);
-            let columns: [&[f64]; COLUMNS] =
+        for first in (0..self.pivots).step_by(BLOCK_COLUMNS) {
+            let width = BLOCK_COLUMNS.min(self.pivots - first);
+            let columns: [&[f64]; BLOCK_COLUMNS] =
                 std::array::from_fn(|k| columns.next().filter(|_| k < width).unwrap_or_default());
             for (k, column) in columns[..width].iter().enumerate() {
                 for x in &mut x {
@@ -250,7 +250,7 @@ impl<const R: usize> WithSimd for Lower<'_, R> {
                     }
                 }
             }
-            let by = x.each_ref().map(|x| four(&x[first..first + width]));
+            let by = x.each_ref().map(|x| padded(&x[first..first + width]));
             let below = x.each_mut().map(|x| &mut x[first + width..]);
             let columns = columns.map(|column| column.get(first + width..).unwrap_or_default());
             subtract(simd, columns, width, by, below);
@@ -258,7 +258,7 @@ impl<const R: usize> WithSimd for Lower<'_, R> {
     }
 }
 
-/// Subtracts `beside` times what stands below and solves with the upper triangle on top of `panel`.
+/// Subtracts `beside` times the solution below and solves with the upper triangle at the top of `panel`.
 struct Upper<'a, const R: usize> {
     panel: &'a [f64],
     beside: &'a [f64],
@@ -275,15 +275,17 @@ impl<const R: usize> WithSimd for Upper<'_, R> {
         let height = self.own.len() / R;
         let x = parts::<R>(self.own, height);
         let mut split = x.map(|x| x.split_at_mut(np));
-        for (first, columns) in (0..).step_by(COLUMNS).zip(self.beside.chunks(COLUMNS * np)) {
+        for (first, columns) in
+            (0..).step_by(BLOCK_COLUMNS).zip(self.beside.chunks(BLOCK_COLUMNS * np))
+        {
             let width = columns.len() / np;
-            let by = split.each_ref().map(|(_, below)| four(&below[first..first + width]));
-            let columns: [&[f64]; COLUMNS] =
+            let by = split.each_ref().map(|(_, below)| padded(&below[first..first + width]));
+            let columns: [&[f64]; BLOCK_COLUMNS] =
                 std::array::from_fn(|k| columns.get(k * np..(k + 1) * np).unwrap_or_default());
             subtract(simd, columns, width, by, split.each_mut().map(|(top, _)| &mut **top));
         }
-        for first in (0..np).step_by(COLUMNS).rev() {
-            let width = COLUMNS.min(np - first);
+        for first in (0..np).step_by(BLOCK_COLUMNS).rev() {
+            let width = BLOCK_COLUMNS.min(np - first);
             let column = |k: usize| &self.panel[(first + k) * height..][..first + k + 1];
             for k in (0..width).rev() {
                 let column = column(k);
@@ -295,9 +297,9 @@ impl<const R: usize> WithSimd for Upper<'_, R> {
                     }
                 }
             }
-            let by = split.each_ref().map(|(x, _)| four(&x[first..first + width]));
+            let by = split.each_ref().map(|(x, _)| padded(&x[first..first + width]));
             let above = split.each_mut().map(|(x, _)| &mut x[..first]);
-            let columns: [&[f64]; COLUMNS] = std::array::from_fn(|k| {
+            let columns: [&[f64]; BLOCK_COLUMNS] = std::array::from_fn(|k| {
                 if k < width { &column(k)[..first] } else { Default::default() }
             });
             subtract(simd, columns, width, by, above);
@@ -305,29 +307,29 @@ impl<const R: usize> WithSimd for Upper<'_, R> {
     }
 }
 
-/// The parts of the right-hand sides.
+/// Parts of the right-hand sides.
 #[inline(always)]
 fn parts<const R: usize>(own: &mut [f64], height: usize) -> [&mut [f64]; R] {
     let mut parts = own.chunks_exact_mut(height);
     std::array::from_fn(|_| parts.next().unwrap_or_default())
 }
 
-/// Up to four numbers, filled up with zeros.
+/// Up to four numbers, padded with zeros.
 #[inline(always)]
-fn four(x: &[f64]) -> [f64; COLUMNS] {
+fn padded(x: &[f64]) -> [f64; BLOCK_COLUMNS] {
     std::array::from_fn(|k| x.get(k).copied().unwrap_or(0.0))
 }
 
-/// `to_r -= Σ_k columns_k by_rk` with the first `width` columns, all as long as every `to_r`.
+/// `to_r -= Σ_k columns_k by_rk` with the first `width` columns; all have the length of every `to_r`.
 #[inline(always)]
 fn subtract<S: Simd, const R: usize>(
     simd: S,
-    columns: [&[f64]; COLUMNS],
+    columns: [&[f64]; BLOCK_COLUMNS],
     width: usize,
-    by: [[f64; COLUMNS]; R],
+    by: [[f64; BLOCK_COLUMNS]; R],
     to: [&mut [f64]; R],
 ) {
-    if width < COLUMNS {
+    if width < BLOCK_COLUMNS {
         for (to, by) in to.into_iter().zip(by) {
             for (column, by) in columns[..width].iter().zip(by) {
                 to.iter_mut().zip(*column).for_each(|(to, value)| *to -= value * by);

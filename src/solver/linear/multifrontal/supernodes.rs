@@ -3,29 +3,29 @@
 use super::order::BlockGraph;
 use super::pattern::Members;
 
-/// Blocks eliminated together. Blocks are named by their position in the elimination order.
+/// Blocks eliminated together, identified by their position in the elimination order.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Supernode {
-    /// Positions eliminated here, rising.
+    /// Positions eliminated here, ascending.
     pub blocks: Vec<u32>,
-    /// Later positions they touch, rising.
+    /// Later positions coupled to them, ascending.
     pub below: Vec<u32>,
-    /// Supernodes whose parent this is, rising.
+    /// Child supernodes, ascending.
     pub children: Vec<u32>,
 }
 
-/// Supernodes in an order in which children come first and every subtree is consecutive.
+/// Supernodes in postorder: children first, every subtree consecutive.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Supernodes {
     pub list: Vec<Supernode>,
     pub roots: Vec<u32>,
 }
 
-/// Largest share of explicit zeros a merged front may hold, by its number of pivot unknowns: small fronts are
-/// merged freely because dense kernels are slow on them.
-const RELAX: [(usize, f64); 3] = [(40, 0.6), (100, 0.25), (400, 0.08)];
+/// Maximum fraction of explicit zeros of a merged front, by its number of pivot unknowns (relaxed amalgamation).
+/// Small fronts are merged freely, since dense kernels are inefficient on them.
+const ZERO_FRACTION_MAX: [(usize, f64); 3] = [(40, 0.6), (100, 0.25), (400, 0.08)];
 
-const NONE: u32 = u32::MAX;
+const NO_PARENT: u32 = u32::MAX;
 
 #[derive(Default)]
 struct Builder {
@@ -38,9 +38,10 @@ struct Builder {
 }
 
 impl Builder {
-    /// Adds a position with this number of rows below, whose column these supernodes are eliminated into; its supernode.
+    /// Adds a position with `rows` rows below and the given child supernodes; returns its supernode.
     fn add_position(&mut self, position: u32, children: &[u32], rows: usize) -> u32 {
-        // A child with exactly this structure and this block as its next goes on as the same supernode.
+        // A child with exactly this structure and this block as its next position is extended (fundamental
+        // supernode).
         let same = children.iter().copied().find(|&c| self.below[c as usize].len() == rows + 1);
         let node = if let Some(c) = same {
             self.blocks[c as usize].push(position);
@@ -48,7 +49,7 @@ impl Builder {
         } else {
             self.blocks.push(vec![position]);
             self.below.push(Vec::new());
-            self.parent.push(NONE);
+            self.parent.push(NO_PARENT);
             (self.blocks.len() - 1) as u32
         };
         for &c in children.iter().filter(|&&c| c != node) {
@@ -61,8 +62,8 @@ impl Builder {
 pub(super) fn supernodes(graph: &BlockGraph, order: &[u32], members: &Members) -> Supernodes {
     let weight: Vec<usize> = order.iter().map(|&b| members.of(b as usize).len()).collect();
     let mut builder = fundamental(graph, order, &weight);
-    let alive = amalgamate(&mut builder);
-    postorder(builder, &alive)
+    let remains = amalgamate(&mut builder);
+    postorder(builder, &remains)
 }
 
 /// Structures of the columns of L by position, joined into fundamental supernodes.
@@ -73,22 +74,22 @@ fn fundamental(graph: &BlockGraph, order: &[u32], weight: &[usize]) -> Builder {
         position[b as usize] = k as u32;
     }
     let mut b = Builder::default();
-    // Supernodes whose first row below is this position: they are eliminated into it.
+    // Supernodes by their first row below: their parent eliminates that position.
     let mut waiting: Vec<Vec<u32>> = vec![Vec::new(); n];
-    let mut mark = vec![NONE; n];
+    let mut mark = vec![NO_PARENT; n];
     for j in 0..n {
         let mut rows: Vec<u32> = Vec::new();
         mark[j] = j as u32;
-        let mut take = |i: u32| {
+        let mut mark_row = |i: u32| {
             if i > j as u32 && mark[i as usize] != j as u32 {
                 mark[i as usize] = j as u32;
                 rows.push(i);
             }
         };
-        graph.of(order[j] as usize).iter().for_each(|&o| take(position[o as usize]));
+        graph.of(order[j] as usize).iter().for_each(|&o| mark_row(position[o as usize]));
         let children = std::mem::take(&mut waiting[j]);
         for &c in &children {
-            b.below[c as usize].iter().for_each(|&i| take(i));
+            b.below[c as usize].iter().for_each(|&i| mark_row(i));
         }
         rows.sort_unstable();
         let node = b.add_position(j as u32, &children, rows.len());
@@ -103,14 +104,14 @@ fn fundamental(graph: &BlockGraph, order: &[u32], weight: &[usize]) -> Builder {
     b
 }
 
-/// Merges children into parents where that adds few zeros. Returns which supernodes are left.
+/// Merges children into parents if that adds few zeros. Returns which supernodes remain.
 fn amalgamate(b: &mut Builder) -> Vec<bool> {
-    let mut alive = vec![true; b.blocks.len()];
+    let mut remains = vec![true; b.blocks.len()];
     let mut sequence: Vec<u32> = (0..b.blocks.len() as u32).collect();
     sequence.sort_by_key(|&s| b.blocks[s as usize].last().copied());
     for &s in &sequence {
-        let p = living(b.parent[s as usize], &b.parent, &alive);
-        if p == NONE {
+        let p = merged_into(b.parent[s as usize], &b.parent, &remains);
+        if p == NO_PARENT {
             continue;
         }
         let (s, p) = (s as usize, p as usize);
@@ -118,7 +119,9 @@ fn amalgamate(b: &mut Builder) -> Vec<bool> {
         let zeros = n1 as f64 * (n2 + m2 - m1) as f64 + b.zeros[s] + b.zeros[p];
         let pivots = n1 + n2;
         let total = (pivots * (pivots + 1)) as f64 / 2.0 + (pivots * m2) as f64;
-        let allowed = RELAX.iter().any(|&(most, share)| pivots <= most && zeros < share * total);
+        let allowed = ZERO_FRACTION_MAX
+            .iter()
+            .any(|&(pivots_max, fraction)| pivots <= pivots_max && zeros < fraction * total);
         if zeros == 0.0 || allowed {
             let mut blocks = std::mem::take(&mut b.blocks[s]);
             blocks.append(&mut b.blocks[p]);
@@ -127,41 +130,41 @@ fn amalgamate(b: &mut Builder) -> Vec<bool> {
             b.below[s] = Vec::new();
             b.size[p] = [pivots, m2];
             b.zeros[p] = zeros;
-            alive[s] = false;
+            remains[s] = false;
         }
     }
     for s in 0..b.parent.len() {
-        b.parent[s] = living(b.parent[s], &b.parent, &alive);
+        b.parent[s] = merged_into(b.parent[s], &b.parent, &remains);
     }
-    alive
+    remains
 }
 
-/// The supernode that `s` has been merged into.
-fn living(mut s: u32, parent: &[u32], alive: &[bool]) -> u32 {
-    while s != NONE && !alive[s as usize] {
+/// The supernode into which `s` has been merged.
+fn merged_into(mut s: u32, parent: &[u32], remains: &[bool]) -> u32 {
+    while s != NO_PARENT && !remains[s as usize] {
         s = parent[s as usize];
     }
     s
 }
 
-fn postorder(b: Builder, alive: &[bool]) -> Supernodes {
+fn postorder(b: Builder, remains: &[bool]) -> Supernodes {
     let n = b.blocks.len();
     let mut children: Vec<Vec<u32>> = vec![Vec::new(); n];
     let mut roots = Vec::new();
-    let mut sequence: Vec<u32> = (0..n as u32).filter(|&s| alive[s as usize]).collect();
+    let mut sequence: Vec<u32> = (0..n as u32).filter(|&s| remains[s as usize]).collect();
     sequence.sort_by_key(|&s| b.blocks[s as usize].last().copied());
     for &s in &sequence {
         match b.parent[s as usize] {
-            NONE => roots.push(s),
+            NO_PARENT => roots.push(s),
             p => children[p as usize].push(s),
         }
     }
-    // Larger contributions first: they then lie lowest in the shared workspace.
+    // Larger contributions first: they then have the lowest addresses in the shared workspace.
     for list in &mut children {
         list.sort_by_key(|&c| std::cmp::Reverse(b.size[c as usize][1]));
     }
     let sorted = children_first(&roots, &children);
-    let mut number = vec![NONE; n];
+    let mut number = vec![NO_PARENT; n];
     for (k, &s) in sorted.iter().enumerate() {
         number[s as usize] = k as u32;
     }
@@ -177,7 +180,7 @@ fn postorder(b: Builder, alive: &[bool]) -> Supernodes {
     Supernodes { list, roots: roots.iter().map(|&r| number[r as usize]).collect() }
 }
 
-/// The supernodes of the trees with these roots, every subtree in a run that its root ends.
+/// Postorder of the trees with these roots.
 fn children_first(roots: &[u32], children: &[Vec<u32>]) -> Vec<u32> {
     let mut sorted = Vec::new();
     for &root in roots {

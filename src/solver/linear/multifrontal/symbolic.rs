@@ -1,5 +1,5 @@
-//! The plan of a factorisation: fronts, their tree, and where everything lies in memory. Made once for a
-//! pattern, used for every refactorisation.
+//! Symbolic analysis: fronts, their tree and the memory layout. Computed once for a pattern and used by every
+//! refactorisation.
 
 use super::choice::{Ordering, elimination, front_operations};
 use super::fronts::{Front, Run, Symbolic};
@@ -8,20 +8,20 @@ use super::supernodes::Supernodes;
 use crate::geometry::Vec3;
 
 impl Symbolic {
-    /// Plans the factorisation of a pattern whose unknown `i` belongs to block `block[i]` (unknowns that are
-    /// eliminated together: the three of a node, or all of a through-thickness column), block `b` standing at
-    /// `centers[b]` (none: nothing is known of where they stand).
+    /// Analyses a pattern whose unknown `i` belongs to block `block[i]`. Unknowns of a block are eliminated together:
+    /// those of a node, or of a through-thickness column. `centers[b]` is the position of block `b`; empty if
+    /// unknown.
     ///
     /// # Errors
-    /// [`PatternError`] when lengths disagree or a front would be too large for 32-bit places.
+    /// [`PatternError`] if lengths are inconsistent or a front exceeds 32-bit indices.
     pub fn new(
         pattern: PatternRef<'_>,
         block: &[u32],
         centers: &[Vec3],
     ) -> Result<Self, PatternError> {
         let n = pattern.row_start.len().saturating_sub(1);
-        let most = if centers.is_empty() { n } else { centers.len() };
-        if block.len() != n || block.iter().any(|&b| b as usize >= most) {
+        let block_count = if centers.is_empty() { n } else { centers.len() };
+        if block.len() != n || block.iter().any(|&b| b as usize >= block_count) {
             return Err(PatternError("every unknown needs a block and every block a centre"));
         }
         if pattern.row_start.last() != Some(&pattern.columns.len())
@@ -39,19 +39,19 @@ impl Symbolic {
         Ok(plan)
     }
 
-    /// How the order of elimination was found.
+    /// Method that produced the elimination order.
     #[must_use]
     pub fn ordering(&self) -> Ordering {
         self.ordering
     }
 
-    /// Multiplications and additions of a factorisation.
+    /// Number of multiply-add operations of a factorisation.
     #[must_use]
     pub fn flops(&self) -> f64 {
         self.roots.iter().map(|&r| self.fronts[r as usize].flops).sum()
     }
 
-    /// Bytes of factors and workspace.
+    /// Memory of factors and workspace [bytes].
     #[must_use]
     pub fn bytes(&self) -> usize {
         8 * (self.storage + self.workspace)
@@ -91,7 +91,8 @@ impl Symbolic {
         Ok(plan)
     }
 
-    /// Numbers the unknowns of the blocks of each front in elimination order; the first new number of each position.
+    /// Numbers the unknowns of the blocks of each front in elimination order; returns the first new number of each
+    /// position.
     fn number_unknowns(
         &mut self,
         nodes: &Supernodes,
@@ -108,7 +109,7 @@ impl Symbolic {
         first_of_position
     }
 
-    /// Adds a front, in memory behind those before.
+    /// Appends a front to the memory layout.
     fn push(&mut self, mut front: Front) -> Result<(), PatternError> {
         if front.storage_len() > u32::MAX as usize {
             return Err(PatternError("a front holds more than 2^32 numbers"));
@@ -116,13 +117,13 @@ impl Symbolic {
         front.local = self.locals;
         self.locals += front.pivots + front.below;
         front.storage = self.storage;
-        // Fronts begin on cache lines: faster, and the kernels see the same alignment every time.
+        // Fronts start on cache lines: this is faster, and the kernels always see the same alignment.
         self.storage += front.storage_len().next_multiple_of(8);
         self.fronts.push(front);
         Ok(())
     }
 
-    /// Subtrees, operation counts and where each contribution lands in its parent.
+    /// Computes subtrees, operation counts and the map of each contribution to its parent.
     fn link(&mut self) {
         for i in 0..self.fronts.len() {
             let own = front_operations(self.fronts[i].pivots, self.fronts[i].below);
@@ -140,11 +141,11 @@ impl Symbolic {
         }
     }
 
-    /// Static workspace: a contribution at the base of its subtree's part, the children's parts above it.
-    /// Children that are worked on one after the other share the room above the contributions already made.
+    /// Static workspace layout: a contribution at the base of the part of its subtree, the parts of the children
+    /// behind it. Children processed in sequence share the space behind the contributions already computed.
     fn place_contributions(&mut self) {
-        const PARALLEL_SHARE: f64 = 0.02;
-        let threshold = PARALLEL_SHARE * self.flops();
+        const PARALLEL_WORK_FRACTION: f64 = 0.02;
+        let threshold = PARALLEL_WORK_FRACTION * self.flops();
         for i in 0..self.fronts.len() {
             let children = std::mem::take(&mut self.fronts[i].children);
             let big =
@@ -200,7 +201,7 @@ fn runs_into(child: &Front, parent: &Front) -> Vec<Run> {
             parent.pivots + at
         };
         match runs.last_mut() {
-            // A run does not straddle the border between the parent's pivots and the rest.
+            // A run does not cross the boundary between the pivots of the parent and the rows below.
             Some(run) if (run.parent + run.len) as usize == place && place != parent.pivots => {
                 run.len += 1;
             }

@@ -1,4 +1,4 @@
-//! LL^T of a front: half the work of LU. Lower triangles only; what stands above them is never read.
+//! LL^T factorisation of a front at half the cost of LU. Only lower triangles are read and written.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor as llt;
@@ -8,11 +8,11 @@ use faer::prelude::IntoConst;
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::factors::{Factors, STRIP, STRIP_FLOPS, add};
+use super::factors::{Factors, STRIP_COLUMNS, STRIP_FLOPS_MIN, add};
 use super::fronts::{Front, Run, Symbolic};
 
-/// Adds what the lower triangle of a child's contribution brings to its parent's pivots. Both number unknowns in the same
-/// order, so it lands in lower triangles.
+/// Adds the lower triangle of the contribution of a child to the pivots of its parent (extend-add). Both number
+/// unknowns in the same order, so lower triangles map to lower triangles.
 pub(super) fn add_to_panel(front: &Front, child: &Front, source: &[f64], panel: &mut [f64]) {
     let height = front.pivots + front.below;
     for_each_column(child, source, |column, from, runs| {
@@ -25,7 +25,7 @@ pub(super) fn add_to_panel(front: &Front, child: &Front, source: &[f64], panel: 
     });
 }
 
-/// Adds what it brings to its parent's contribution.
+/// Adds the lower triangle of the contribution of a child to the contribution of its parent.
 pub(super) fn add_to_contribution(
     front: &Front,
     child: &Front,
@@ -43,7 +43,7 @@ pub(super) fn add_to_contribution(
     });
 }
 
-/// Calls `work` for every column of a child's lower triangle with its place in the parent and its runs of rows.
+/// Calls `work` for every column of the lower triangle of a child with its index in the parent and its runs of rows.
 fn for_each_column(
     child: &Front,
     source: &[f64],
@@ -59,7 +59,8 @@ fn for_each_column(
     }
 }
 
-/// A11 = L11 L11^T, L21 = A21 L11^-T, contribution = -L21 L21^T. On failure the index of a pivot that is not positive.
+/// A11 = L11 L11^T, L21 = A21 L11^-T, contribution = -L21 L21^T. On failure returns the index of a non-positive
+/// pivot.
 pub(super) fn eliminate(
     front: &Front,
     panel: &mut [f64],
@@ -79,23 +80,23 @@ pub(super) fn eliminate(
     if m == 0 {
         return Ok(());
     }
-    let side_by_side = (np * m) as f64 * (np + m) as f64 > STRIP_FLOPS;
-    let bottom = lower(top.as_ref(), bottom, side_by_side);
-    update(bottom, contribution, side_by_side);
+    let in_parallel = (np * m) as f64 * (np + m) as f64 > STRIP_FLOPS_MIN;
+    let bottom = lower(top.as_ref(), bottom, in_parallel);
+    update(bottom, contribution, in_parallel);
     Ok(())
 }
 
-/// L21 = A21 L11^-T, strip of rows by strip.
-fn lower<'a>(top: MatRef<'_, f64>, bottom: MatMut<'a, f64>, side_by_side: bool) -> MatRef<'a, f64> {
+/// L21 = A21 L11^-T in strips of rows.
+fn lower<'a>(top: MatRef<'_, f64>, bottom: MatMut<'a, f64>, in_parallel: bool) -> MatRef<'a, f64> {
     let mut bottom = bottom;
     let solve = |strip: MatMut<'_, f64>| {
         triangular::solve_lower_triangular_in_place(top, strip.transpose_mut(), Par::Seq);
     };
-    if side_by_side {
-        let mut strips = Vec::with_capacity(bottom.nrows().div_ceil(STRIP));
+    if in_parallel {
+        let mut strips = Vec::with_capacity(bottom.nrows().div_ceil(STRIP_COLUMNS));
         let mut rest = bottom.as_mut();
-        while rest.nrows() > STRIP {
-            let (strip, below) = rest.split_at_row_mut(STRIP);
+        while rest.nrows() > STRIP_COLUMNS {
+            let (strip, below) = rest.split_at_row_mut(STRIP_COLUMNS);
             strips.push(strip);
             rest = below;
         }
@@ -107,24 +108,24 @@ fn lower<'a>(top: MatRef<'_, f64>, bottom: MatMut<'a, f64>, side_by_side: bool) 
     bottom.into_const()
 }
 
-/// contribution = -L21 L21^T on and below its diagonal, strip of columns by strip.
-fn update(l21: MatRef<'_, f64>, contribution: &mut [f64], side_by_side: bool) {
+/// contribution = -L21 L21^T on and below its diagonal, in strips of columns.
+fn update(l21: MatRef<'_, f64>, contribution: &mut [f64], in_parallel: bool) {
     let m = l21.nrows();
     let strip = |(k, to): (usize, &mut [f64])| {
-        let (first, columns) = (k * STRIP, to.len() / m);
+        let (first, columns) = (k * STRIP_COLUMNS, to.len() / m);
         let to = MatMut::from_column_major_slice_mut(to, m, columns).subrows_mut(first, m - first);
         let (left, right) = (l21.subrows(first, m - first), l21.subrows(first, columns));
         matmul(to, Accum::Replace, left, right.transpose(), -1.0, Par::Seq);
     };
-    if side_by_side {
-        contribution.par_chunks_mut(STRIP * m).enumerate().for_each(strip);
+    if in_parallel {
+        contribution.par_chunks_mut(STRIP_COLUMNS * m).enumerate().for_each(strip);
     } else {
-        contribution.chunks_mut(STRIP * m).enumerate().for_each(strip);
+        contribution.chunks_mut(STRIP_COLUMNS * m).enumerate().for_each(strip);
     }
 }
 
 impl Symbolic {
-    /// Solves in place with LL^T for a right-hand side in the pattern's numbering.
+    /// Solves in place with LL^T for a right-hand side in the numbering of the pattern.
     pub(super) fn solve_symmetric(&self, factors: &Factors, rhs: &mut [f64]) {
         let mut y: Vec<f64> = self.old_of_new.iter().map(|&old| rhs[old as usize]).collect();
         let tallest = self.fronts.iter().map(|f| f.pivots + f.below).max().unwrap_or(0);
@@ -174,7 +175,7 @@ fn subtract(to: &mut [f64], column: &[f64], by: f64) {
     }
 }
 
-/// Eight sums side by side, for the vector units.
+/// Scalar product with eight partial sums for SIMD.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));

@@ -97,19 +97,19 @@ pub struct BackstressCard {
     pub gamma: f64,
 }
 
-/// Why a card gives no material.
+/// Reason why a card defines no valid material.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CardError {
     /// No such card in the library.
     #[error("no material card is called '{name}'; the library has: {known}")]
     Unknown {
-        /// Name asked for.
+        /// Requested name.
         name: String,
-        /// Names there are.
+        /// Known names.
         known: String,
     },
-    /// `yield` without `hardening` or the other way round, or backstresses without either.
+    /// `yield` without `hardening` or vice versa, or backstresses without either.
     #[error(
         "material '{name}': {missing} is missing; a plastic material needs both yield and hardening, an elastic one neither, and no backstresses"
     )]
@@ -119,16 +119,16 @@ pub enum CardError {
         /// Key that is missing.
         missing: &'static str,
     },
-    /// A number out of its range.
+    /// A value out of range.
     #[error("material '{name}', {key}: found {found}; allowed: {allowed}")]
     Value {
         /// Card.
         name: String,
-        /// Key of the card, or what its keys make.
+        /// Key of the card, or a quantity derived from several keys.
         key: String,
-        /// What was found.
+        /// Value found.
         found: f64,
-        /// What is allowed.
+        /// Allowed values.
         allowed: String,
     },
 }
@@ -138,7 +138,7 @@ pub const KEYS: &str = "a material card: `name`, `young_mpa` (above zero), `pois
      `hardening` too, with what they have in schemas/scene.schema.json (MaterialCard); `source` and `backstresses` may be \
      left out";
 
-/// The key under which a card has what is wrong, what was found and what is allowed.
+/// Key of the card, value found and values allowed.
 fn keyed(cause: MaterialDataError) -> (String, f64, String) {
     match cause {
         MaterialDataError::Elastic { field, found, allowed } => (field, found, allowed.into()),
@@ -171,17 +171,17 @@ const LIBRARY: [&str; 11] = [
     include_str!("../cards/structural-steel-hartloper-uvc.json"),
 ];
 
-/// The cards embedded in the program.
+/// Cards embedded in the program.
 #[must_use]
 pub fn library() -> Vec<MaterialCard> {
     // The texts are part of the program; a test reads every one of them.
     LIBRARY.iter().filter_map(|text| serde_json::from_str(text).ok()).collect()
 }
 
-/// The card called `name`.
+/// The card with the given name.
 ///
 /// # Errors
-/// [`CardError::Unknown`] lists the names there are.
+/// [`CardError::Unknown`] lists the known names.
 pub fn find(name: &str) -> Result<MaterialCard, CardError> {
     let cards = library();
     let known = cards.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -192,10 +192,10 @@ pub fn find(name: &str) -> Result<MaterialCard, CardError> {
 }
 
 impl MaterialCard {
-    /// The yield function; `None` for an elastic card.
+    /// Yield function; `None` for an elastic card.
     ///
     /// # Errors
-    /// [`CardError::Value`] unless it is convex, closed and in range.
+    /// [`CardError::Value`] if it is not convex, not closed, or has a parameter out of range.
     pub fn yield_function(&self) -> Result<Option<YieldFunction>, CardError> {
         self.criterion.map(|criterion| self.function(criterion)).transpose()
     }
@@ -216,15 +216,15 @@ impl MaterialCard {
                 yld(Yld2004::new(exponent, &first, &second))
             }
         }
-        .map_err(|cause: YieldError| self.refused(cause.into()))
+        .map_err(|cause: YieldError| self.value_error(cause.into()))
     }
 
-    fn refused(&self, cause: MaterialDataError) -> CardError {
+    fn value_error(&self, cause: MaterialDataError) -> CardError {
         let (key, found, allowed) = keyed(cause);
         CardError::Value { name: self.name.clone(), key, found, allowed }
     }
 
-    /// Other r values make no closed surface, or one that no sheet has.
+    /// Checks r values: others give no closed surface, or one that no sheet has.
     fn check_r_values(&self, r0: f64, r45: f64, r90: f64) -> Result<(), CardError> {
         let wrong = |key: &str, found, allowed: &str| {
             let (name, key) = (self.name.clone(), format!("yield.{key}"));
@@ -239,8 +239,8 @@ impl MaterialCard {
         if in_range(r45) { Ok(()) } else { wrong("r45", r45, "0 or above and below 1e6") }
     }
 
-    /// Stress and its slope [MPa] of tension along rolling that never turned, at a plastic strain `strain >= 0` along rolling.
-    /// `None` for an elastic card, or one that cannot be built.
+    /// Stress and tangent modulus [MPa] of monotonic tension along the rolling direction at the plastic strain
+    /// `strain >= 0`. `None` for an elastic or invalid card.
     #[must_use]
     pub fn tension(&self, strain: f64) -> Option<(f64, f64)> {
         let (criterion, hardening) = (self.yield_function().ok()??, self.hardening.as_ref()?);
@@ -252,7 +252,7 @@ impl MaterialCard {
         self.backstresses.iter().map(of).collect()
     }
 
-    /// Whether the material has no axes: elastic, or with a yield function that is the same in all of them.
+    /// Whether the material is isotropic: elastic, or with an isotropic yield function.
     ///
     /// # Errors
     /// As [`MaterialCard::yield_function`].
@@ -260,22 +260,22 @@ impl MaterialCard {
         Ok(self.yield_function()?.is_none_or(|function| function.is_isotropic()))
     }
 
-    /// The material law, its rolling direction turned by `angle` [rad] from x about z.
+    /// Material law with the rolling direction at `angle` [rad] from x about z.
     ///
     /// # Errors
-    /// [`CardError`] names the value out of its range.
+    /// [`CardError`] names the first value out of range.
     pub fn build(&self, angle: f64) -> Result<Arc<dyn Material>, CardError> {
         let elastic = Elastic { young: self.young_mpa, poisson: self.poisson };
-        let half = |missing| CardError::Half { name: self.name.clone(), missing };
-        let data = |cause| self.refused(cause);
+        let incomplete = |missing| CardError::Half { name: self.name.clone(), missing };
+        let data = |cause| self.value_error(cause);
         let (criterion, hardening) = match (self.criterion, &self.hardening) {
-            (None, None) if !self.backstresses.is_empty() => return Err(half("yield")),
+            (None, None) if !self.backstresses.is_empty() => return Err(incomplete("yield")),
             (None, None) => {
                 elastic.check().map_err(data)?;
                 return Ok(Arc::new(elastic));
             }
-            (Some(_), None) => return Err(half("hardening")),
-            (None, Some(_)) => return Err(half("yield")),
+            (Some(_), None) => return Err(incomplete("hardening")),
+            (None, Some(_)) => return Err(incomplete("yield")),
             (Some(criterion), Some(hardening)) => (criterion, hardening.clone()),
         };
         let function = self.function(criterion)?;

@@ -11,7 +11,7 @@ fn every_embedded_card_is_read_names_its_source_and_builds() {
 }
 
 #[test]
-fn isotropy_is_told_by_the_criterion() {
+fn isotropy_follows_from_the_criterion() {
     let isotropic = |name: &str| find(name).unwrap().is_isotropic().unwrap();
     assert!(isotropic("sheet-ssnv501") && isotropic("structural-steel-hartloper-uvc"));
     assert!(!isotropic("mild-steel-neto2012") && !isotropic("aa2090-t3-barlat2005"));
@@ -45,7 +45,7 @@ fn cards_that_cannot_be_used_say_why() {
     assert!(matches!(kinematic.build(0.0), Err(CardError::Half { missing: "yield", .. })));
     assert!(serde_json::from_str::<MaterialCard>(r#"{"name":"x","young":1}"#).is_err());
 }
-/// What is said names the key that the card has, whatever law stands behind it.
+/// Messages name the key of the card for every law.
 #[test]
 fn numbers_out_of_range_are_named_by_their_keys() {
     let steel = find("mild-steel-neto2012").unwrap();

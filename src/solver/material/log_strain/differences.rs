@@ -1,4 +1,4 @@
-//! Divided differences of `f = ½ ln` at the eigenvalues of the right Cauchy-Green tensor, without cancellation.
+//! Divided differences of `f = ½ ln` at the eigenvalues of the right Cauchy-Green tensor, free of cancellation.
 //!
 //! With `s = a + b`, `x = (a - b) / s`, `y = x²`, `R = Σ y^k / (2 k + 3)` and `Q = atanh(x) / x = 1 + y R`:
 //! `f[a,b] = Q / s`, `f[a,a,b] = -(Q + x R) / ((1 + x) s²)`, `f[b,b,a] = -(Q - x R) / ((1 - x) s²)`.
@@ -18,11 +18,11 @@ pub(super) struct Differences<S: Simd> {
     pub distinct: Lane<S>,
 }
 
-/// `x²` below which `R` is summed as a series.
-const NEAR: f64 = 0.04;
+/// Value of `x²` below which `R` is computed from its series.
+const PAIR_SERIES_LIMIT: f64 = 0.04;
 
 impl<S: Simd> Differences<S> {
-    /// At the eigenvalues `values` with `logs`, half their logarithms.
+    /// From the eigenvalues `values` and half their logarithms `logs`.
     #[inline(always)]
     pub(super) fn new(simd: S, values: [Lane<S>; 3], logs: [Lane<S>; 3]) -> Self {
         let one = Lane::splat(simd, 1.0);
@@ -38,9 +38,9 @@ impl<S: Simd> Differences<S> {
             let inverse_sum = one / (values[a] + values[b]);
             let x = (values[a] - values[b]) * inverse_sum;
             let y = x * x;
-            let near = series(simd, y);
-            let far = ((logs[a] - logs[b]) / x - one) / y;
-            let r = y.if_less(Lane::splat(simd, NEAR), near, far);
+            let series = pair_series(simd, y);
+            let closed = ((logs[a] - logs[b]) / x - one) / y;
+            let r = y.if_less(Lane::splat(simd, PAIR_SERIES_LIMIT), series, closed);
             let q = y.mul_add(r, one);
             first[pair] = (q + q) * inverse_sum;
             let squared = inverse_sum * inverse_sum;
@@ -52,9 +52,9 @@ impl<S: Simd> Differences<S> {
     }
 }
 
-/// `R` for `y` below [`NEAR`].
+/// Series of `R` for `y` below [`PAIR_SERIES_LIMIT`].
 #[inline(always)]
-fn series<S: Simd>(simd: S, y: Lane<S>) -> Lane<S> {
+fn pair_series<S: Simd>(simd: S, y: Lane<S>) -> Lane<S> {
     let mut sum = Lane::splat(simd, 1.0 / 27.0);
     for k in (0..12).rev() {
         sum = sum.mul_add(y, Lane::splat(simd, 1.0 / f64::from(2 * k + 3)));
@@ -62,29 +62,29 @@ fn series<S: Simd>(simd: S, y: Lane<S>) -> Lane<S> {
     sum
 }
 
-/// Relative distance of three arguments from each other below which `f[a,b,c]` takes its series.
-const CLOSE: f64 = 0.15;
+/// Spread of three arguments over the smallest, below which `f[a,b,c]` is computed from its series.
+const TRIPLE_SERIES_LIMIT: f64 = 0.15;
 
 /// `f[a,b,c]` from the first differences (`first` holds `2 f[a,b]` by pair).
 #[inline(always)]
 fn distinct<S: Simd>(simd: S, values: [Lane<S>; 3], first: &[Lane<S>; 6]) -> Lane<S> {
     let [a, b, c] = values;
-    // The pair farthest apart divides best: f[a,b,c] = (f[a,c] - f[c,b]) / (a - b).
-    let (mut apart, mut difference) = (a - b, first[5] - first[4]);
+    // The pair with the largest distance has the smallest cancellation: f[a,b,c] = (f[a,c] - f[c,b]) / (a - b).
+    let (mut distance, mut difference) = (a - b, first[5] - first[4]);
     for (next, step) in [(b - c, first[3] - first[5]), (c - a, first[4] - first[3])] {
-        let (width, wider) = (apart.abs(), next.abs());
+        let (width, wider) = (distance.abs(), next.abs());
         difference = width.if_less(wider, step, difference);
-        apart = width.if_less(wider, next, apart);
+        distance = width.if_less(wider, next, distance);
     }
-    let least = a.min(b).min(c);
-    let near = close(simd, values);
-    apart.abs().if_less(least * CLOSE, near, difference / apart * 0.5)
+    let smallest = a.min(b).min(c);
+    let series = triple_series(simd, values);
+    distance.abs().if_less(smallest * TRIPLE_SERIES_LIMIT, series, difference / distance * 0.5)
 }
 
-/// The same for arguments near each other: `½ Σ_k (-1)^{k+1}/k h_{k-2}(δ) / m²` (complete homogeneous polynomials of the
-/// relative deviations `δ` from their mean `m`).
+/// Series of `f[a,b,c]` for close arguments: `½ Σ_k (-1)^{k+1}/k h_{k-2}(δ) / m²`, with complete homogeneous
+/// polynomials of the relative deviations `δ` from the mean `m`.
 #[inline(always)]
-fn close<S: Simd>(simd: S, [a, b, c]: [Lane<S>; 3]) -> Lane<S> {
+fn triple_series<S: Simd>(simd: S, [a, b, c]: [Lane<S>; 3]) -> Lane<S> {
     let one = Lane::splat(simd, 1.0);
     let inverse = Lane::splat(simd, 3.0) / (a + b + c);
     let [x, y, z] = [a.mul_add(inverse, -one), b.mul_add(inverse, -one), c.mul_add(inverse, -one)];
@@ -92,7 +92,7 @@ fn close<S: Simd>(simd: S, [a, b, c]: [Lane<S>; 3]) -> Lane<S> {
     let (mut h1, mut h2, mut h3) = (one, one, one);
     let mut sum = Lane::splat(simd, -0.5);
     let mut size = 1.0;
-    // Where some lane is far off, its series is not used.
+    // Lanes with distant arguments do not use the series.
     for k in 3..21 {
         h1 = h1 * z;
         h2 = y.mul_add(h2, h1);
@@ -111,7 +111,7 @@ fn close<S: Simd>(simd: S, [a, b, c]: [Lane<S>; 3]) -> Lane<S> {
 mod tests {
     use super::*;
 
-    /// Against the divided differences written out, where these do not cancel.
+    /// Comparison with the explicit divided differences where these do not cancel.
     #[test]
     fn differences_agree_across_the_switches() {
         let simd = pulp::Scalar::new();

@@ -1,5 +1,5 @@
-//! From the right Cauchy-Green tensor to the logarithmic strain and back
-//! (Miehe, Apel & Lambrecht 2002, Comput. Methods Appl. Mech. Engrg. 191, 5383-5425).
+//! Transformation between the right Cauchy-Green tensor and logarithmic strain space (Miehe, Apel & Lambrecht 2002,
+//! Comput. Methods Appl. Mech. Engrg. 191, 5383-5425).
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -9,10 +9,10 @@
 //! | `S` | second Piola-Kirchhoff stress, `S = T : 2 ∂E/∂C` [MPa] |
 //!
 //! With `f = ½ ln`, in the eigenframe of `C`: `dE_ab = f[λ_a, λ_b] dC_ab` and
-//! `d²E_ab = 2 Σ_c f[λ_a, λ_c, λ_b] dC_ac dC_cb`, where `f[..]` are divided differences. Near-equal
-//! eigenvalues take the series of the divided difference, so nothing is perturbed and no case is special.
+//! `d²E_ab = 2 Σ_c f[λ_a, λ_c, λ_b] dC_ac dC_cb`, where `f[..]` are divided differences. Close eigenvalues use the
+//! series of the divided difference, without perturbation and without special cases.
 //!
-//! Eight points are worked on side by side, one a SIMD lane; only the law itself sees them one by one.
+//! Eight points are processed in parallel, one in each SIMD lane.
 
 mod differences;
 
@@ -25,18 +25,18 @@ use crate::solver::numbers::algebra::{congruence, multiply};
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 use crate::solver::numbers::tensor::{Mandel, Mandel66, PAIRS};
 
-const NONE: Eight = [0.0; POINTS];
+const ZERO: Eight = [0.0; POINTS];
 
-/// Stress and tangent of eight points side by side, as the elements use them.
+/// Stress and tangent of eight points in SIMD lanes, conjugate to the Green-Lagrange strain.
 #[derive(Debug, Clone)]
 pub struct Responses {
     /// Second Piola-Kirchhoff stress [MPa] by Mandel component.
     pub stress: [Eight; 6],
-    /// Tangent `dS/dE_GL` with respect to the Green-Lagrange strain [MPa]; left as it is when not wanted.
+    /// Tangent `dS/dE_GL` with respect to the Green-Lagrange strain [MPa]; unchanged if not requested.
     pub tangent: [[Eight; 6]; 6],
     /// Stored elastic energy per reference volume [N mm / mm³].
     pub elastic_energy: Eight,
-    /// Plastic work per reference volume since the beginning [N mm / mm³].
+    /// Plastic work per reference volume since the start [N mm / mm³].
     pub plastic_work: Eight,
 }
 
@@ -45,10 +45,10 @@ impl Responses {
     #[must_use]
     pub fn zero() -> Self {
         Self {
-            stress: [NONE; 6],
-            tangent: [[NONE; 6]; 6],
-            elastic_energy: NONE,
-            plastic_work: NONE,
+            stress: [ZERO; 6],
+            tangent: [[ZERO; 6]; 6],
+            elastic_energy: ZERO,
+            plastic_work: ZERO,
         }
     }
 }
@@ -62,12 +62,12 @@ pub struct PointResponse {
     pub tangent: Mandel66,
     /// Stored elastic energy per reference volume [N mm / mm³].
     pub elastic_energy: f64,
-    /// Plastic work per reference volume since the beginning [N mm / mm³].
+    /// Plastic work per reference volume since the start [N mm / mm³].
     pub plastic_work: f64,
 }
 
 impl Responses {
-    /// What is answered at one of the points.
+    /// Response at one of the points.
     #[must_use]
     pub fn at(&self, point: usize) -> PointResponse {
         PointResponse {
@@ -79,10 +79,10 @@ impl Responses {
     }
 }
 
-/// Updates one point at the right Cauchy-Green tensor `c`; with `want_tangent` false the tangent is left zero.
+/// Updates one point at the right Cauchy-Green tensor `c`; without `want_tangent` the tangent is zero.
 ///
 /// # Errors
-/// [`MaterialError::Collapsed`] unless `c` is positive definite and finite; whatever the law itself returns.
+/// [`MaterialError::Collapsed`] unless `c` is positive definite and finite, and the errors of the law.
 pub fn update(
     material: &dyn Material,
     c: &Mandel,
@@ -96,11 +96,11 @@ pub fn update(
     Ok(all.at(0))
 }
 
-/// Updates `count` points (at most eight, side by side in `c`) whose histories follow one another in `old` and `new`;
-/// without `want_tangent` the tangents are left as they are.
+/// Updates `count` points (at most eight, in the lanes of `c`) with contiguous histories in `old` and `new`; without
+/// `want_tangent` the tangents are unchanged.
 ///
 /// # Errors
-/// As [`update`], with the first point that failed.
+/// As [`update`], with the index of the first point that failed.
 pub fn update_points(
     material: &dyn Material,
     c: &[Eight; 6],
@@ -132,7 +132,7 @@ impl WithSimd for Update<'_> {
     }
 }
 
-/// [`update_points`] for one kind of vectors.
+/// [`update_points`] for one SIMD instruction set.
 #[inline(always)]
 pub(crate) fn update_lanes<S: Simd>(
     simd: S,
@@ -151,15 +151,15 @@ pub(crate) fn update_lanes<S: Simd>(
     (out.elastic_energy, out.plastic_work) = (laws.elastic_energy, laws.plastic_work);
     let at = Frame { values: &values, logs: &logs, to_global: &to_global };
     for first in Lane::<S>::groups_of(count) {
-        at.carry(simd, first, &laws, want_tangent, out);
+        at.store_green_lagrange(simd, first, &laws, want_tangent, out);
     }
     Ok(())
 }
 
-/// Eigenvalues of `C`, and its eigenvectors `Q` by row and column.
+/// Eigenvalues of `C` and its eigenvectors `Q` by row and column.
 #[inline(always)]
 fn eigenframes<S: Simd>(simd: S, c: &[Eight; 6], count: usize) -> ([Eight; 3], [[Eight; 3]; 3]) {
-    let (mut values, mut vectors) = ([NONE; 3], [[NONE; 3]; 3]);
+    let (mut values, mut vectors) = ([ZERO; 3], [[ZERO; 3]; 3]);
     for first in Lane::<S>::groups_of(count) {
         let (l, q) = eigen::eigen(simd, Lane::load_all(simd, c, first));
         for a in 0..3 {
@@ -178,7 +178,7 @@ fn eigenframes<S: Simd>(simd: S, c: &[Eight; 6], count: usize) -> ([Eight; 3], [
 /// [`MaterialError::Collapsed`] at the first point with an eigenvalue that is not positive and finite.
 #[inline(always)]
 fn half_logs(values: &[Eight; 3], count: usize) -> Result<[Eight; 3], (usize, MaterialError)> {
-    let mut logs = [NONE; 3];
+    let mut logs = [ZERO; 3];
     for point in 0..count {
         for a in 0..3 {
             let value = values[a][point];
@@ -199,8 +199,8 @@ fn log_strains<S: Simd>(
     logs: &[Eight; 3],
     count: usize,
 ) -> ([Eight; 6], [[Eight; 6]; 6]) {
-    let mut strains = [NONE; 6];
-    let mut to_global = [[NONE; 6]; 6];
+    let mut strains = [ZERO; 6];
+    let mut to_global = [[ZERO; 6]; 6];
     for first in Lane::<S>::groups_of(count) {
         let q = [
             Lane::load_all(simd, x, first),
@@ -220,7 +220,7 @@ fn log_strains<S: Simd>(
     (strains, to_global)
 }
 
-/// Where the law's answers are carried to: the eigenframes of `C`.
+/// Eigenframes of `C`.
 struct Frame<'a> {
     values: &'a [Eight; 3],
     /// Half the logarithms of the values.
@@ -232,7 +232,7 @@ impl Frame<'_> {
     /// Stress and tangent with respect to the Green-Lagrange strain from those in logarithmic strain space:
     /// `S = P T` with `P = R diag(2 f[a,b]) Rᵀ`, its derivative `P D P` and the second-order term.
     #[inline(always)]
-    fn carry<S: Simd>(
+    fn store_green_lagrange<S: Simd>(
         &self,
         simd: S,
         first: usize,
@@ -242,46 +242,47 @@ impl Frame<'_> {
     ) {
         let values = Lane::load_all(simd, self.values, first);
         let differences = Differences::new(simd, values, Lane::load_all(simd, self.logs, first));
-        let turn = Turn::new(simd, self.to_global, first);
+        let maps = FrameMaps::new(simd, self.to_global, first);
         let stress = Lane::load_all(simd, &laws.stress, first);
         // T in the eigenframe is kept for the second-order term.
         let (mut t, mut s) = (stress, stress);
         for i in 0..6 {
-            t[i] = Lane::dot(&turn.back[i], &stress);
+            t[i] = Lane::dot(&maps.to_eigenframe[i], &stress);
             s[i] = differences.first[i] * t[i];
         }
-        for (row, out) in turn.map.iter().zip(&mut out.stress) {
+        for (row, out) in maps.map.iter().zip(&mut out.stress) {
             Lane::dot(row, &s).store(out, first);
         }
         if want_tangent {
-            turn.carry_tangent(simd, first, (&differences, &t), &laws.tangent, &mut out.tangent);
+            maps.store_tangent(simd, first, (&differences, &t), &laws.tangent, &mut out.tangent);
         }
     }
 }
 
-/// Maps of tensors of points side by side from the eigenframes to the global axes, and back: its transpose.
-struct Turn<S: Simd> {
+/// Maps of tensors from the eigenframes to the global axes, in SIMD lanes, and their transposes.
+struct FrameMaps<S: Simd> {
     map: [[Lane<S>; 6]; 6],
-    back: [[Lane<S>; 6]; 6],
+    to_eigenframe: [[Lane<S>; 6]; 6],
 }
 
-impl<S: Simd> Turn<S> {
+impl<S: Simd> FrameMaps<S> {
     #[inline(always)]
     fn new(simd: S, to_global: &[[Eight; 6]; 6], first: usize) -> Self {
         let zero = Lane::splat(simd, 0.0);
-        let (mut map, mut back) = ([[zero; 6]; 6], [[zero; 6]; 6]);
+        let (mut map, mut to_eigenframe) = ([[zero; 6]; 6], [[zero; 6]; 6]);
         for i in 0..6 {
             map[i] = Lane::load_all(simd, &to_global[i], first);
             for k in 0..6 {
-                back[k][i] = map[i][k];
+                to_eigenframe[k][i] = map[i][k];
             }
         }
-        Self { map, back }
+        Self { map, to_eigenframe }
     }
 
-    /// `P D P` and the second-order term from `D` of the points from `first` on; `t`: their `T` in the eigenframe.
+    /// `P D P` plus the second-order term for the points of the SIMD group at `first`; `t` is their `T` in the
+    /// eigenframe.
     #[inline(always)]
-    fn carry_tangent(
+    fn store_tangent(
         &self,
         simd: S,
         first: usize,
@@ -290,23 +291,23 @@ impl<S: Simd> Turn<S> {
         out: &mut [[Eight; 6]; 6],
     ) {
         let zero = Lane::splat(simd, 0.0);
-        let mut turned = [[zero; 6]; 6];
-        for (row, from) in turned.iter_mut().zip(law) {
+        let mut rotated = [[zero; 6]; 6];
+        for (row, from) in rotated.iter_mut().zip(law) {
             *row = multiply(&Lane::load_all(simd, from, first), &self.map);
         }
         let mut eigen_tangent = [[zero; 6]; 6];
         for (i, row) in eigen_tangent.iter_mut().enumerate() {
-            *row = multiply(&self.back[i], &turned);
+            *row = multiply(&self.to_eigenframe[i], &rotated);
             for (value, factor) in row.iter_mut().zip(differences.first) {
                 *value = *value * (differences.first[i] * factor);
             }
         }
         add_second_order(&mut eigen_tangent, differences, t);
-        for (row, turned) in eigen_tangent.iter().zip(&mut turned) {
-            *turned = multiply(row, &self.back);
+        for (row, rotated) in eigen_tangent.iter().zip(&mut rotated) {
+            *rotated = multiply(row, &self.to_eigenframe);
         }
         for (row, out) in self.map.iter().zip(out) {
-            for (value, out) in multiply(row, &turned).into_iter().zip(out) {
+            for (value, out) in multiply(row, &rotated).into_iter().zip(out) {
                 value.store(out, first);
             }
         }

@@ -6,10 +6,10 @@
 //! - `ξ + m λ g(ξ) = B`, the minimum of the strictly convex `½ |ξ - B|² + ½ m λ σ̄(ξ)²`;
 //! - `σ_y(p + x) / σ̄(ξ) = 1`.
 //!
-//! The square keeps the first equation smooth at `ξ = 0` and its derivative free of the size of `ξ`; for a
-//! quadratic criterion it is linear and this is the closed form. Newton's method on both, kept to falling
-//! residuals, ends nearly always. Where it does not, `x` is bracketed and for each `x` the convex minimum
-//! is found by Newton's method with a line search, which cannot fail.
+//! The square keeps the first equation smooth at `ξ = 0` and its derivative independent of the norm of `ξ`. For a
+//! quadratic criterion the equation is linear and gives the closed form. Newton's method on both equations, with a
+//! line search on the residual, converges in nearly all cases. Otherwise `x` is bracketed, and for each `x` the
+//! convex minimum is found by Newton's method with a line search, which is globally convergent.
 
 use super::{BACKSTRESS, EQUIVALENT, MaterialError, Plastic};
 use crate::solver::material::yield_function::YieldFunction;
@@ -19,12 +19,12 @@ use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 type Matrix = nalgebra::SMatrix<f64, 6, 6>;
 type Vector = nalgebra::SVector<f64, 6>;
 
-/// Residual aimed at, relative to the flow stress.
-const TARGET: f64 = 1e-13;
-/// Residual accepted where rounding stops the iteration.
-const ACCEPTED: f64 = 2e-11;
-const MAX_NEWTON: usize = 40;
-const MAX_BISECTION: usize = 200;
+/// Convergence tolerance of the residual, relative to the flow stress.
+const RESIDUAL_TOLERANCE: f64 = 1e-13;
+/// Residual accepted if rounding stops the iteration.
+const RESIDUAL_ACCEPTED: f64 = 2e-11;
+const NEWTON_ITERATIONS_MAX: usize = 40;
+const BISECTIONS_MAX: usize = 200;
 
 /// One return mapping.
 pub(super) struct General<'a> {
@@ -32,21 +32,21 @@ pub(super) struct General<'a> {
     old: &'a [f64],
     /// Deviator of the trial stress.
     trial: Mandel,
-    /// What is known of the trial stress less the backstresses.
-    known: Option<&'a Principal>,
+    /// Principal values of the trial stress minus the backstresses, if already computed.
+    principal: Option<&'a Principal>,
 }
 
-/// The converged state.
+/// Converged state of a return mapping.
 pub(super) struct Returned {
     /// Increment of equivalent plastic strain.
     pub increment: f64,
     /// Increment of plastic strain.
     pub flow: Mandel,
-    at: At,
+    at: Iterate,
 }
 
-/// Everything at one pair `(ξ, x)`.
-struct At {
+/// All quantities at one iterate `(ξ, x)`.
+struct Iterate {
     x: f64,
     xi: Mandel,
     /// `B` and `m`.
@@ -71,8 +71,8 @@ struct At {
     rate: Vector,
 }
 
-impl At {
-    /// The larger residual relative to the flow stress.
+impl Iterate {
+    /// Larger of the two residuals, relative to the flow stress.
     fn residual(&self) -> f64 {
         (self.first.norm() / self.yield_stress).max(self.second.abs())
     }
@@ -89,11 +89,11 @@ impl<'a> General<'a> {
         material: &'a Plastic,
         trial: &Mandel,
         old: &'a [f64],
-        known: Option<&'a Principal>,
+        principal: Option<&'a Principal>,
     ) -> Self {
         let mean = (trial[0] + trial[1] + trial[2]) / 3.0;
         let trial = std::array::from_fn(|i| trial[i] - if i < 3 { mean } else { 0.0 });
-        Self { material, old, trial, known }
+        Self { material, old, trial, principal }
     }
 
     /// `B`, `dB/dx`, `m`, `dm/dx`.
@@ -103,33 +103,33 @@ impl<'a> General<'a> {
         let mut modulus_rate = 0.0;
         for (k, one) in self.material.backstresses.iter().enumerate() {
             let decay = one.decay(x);
-            modulus += 2.0 / 3.0 * one.modulus * decay.grown;
-            modulus_rate += 2.0 / 3.0 * one.modulus * decay.grown_rate;
+            modulus += 2.0 / 3.0 * one.modulus * decay.growth;
+            modulus_rate += 2.0 / 3.0 * one.modulus * decay.growth_rate;
             for i in 0..6 {
                 let start = self.old[BACKSTRESS + 6 * k + i];
-                b[i] -= decay.left * start;
-                b_rate[i] -= decay.left_rate * start;
+                b[i] -= decay.remaining * start;
+                b_rate[i] -= decay.remaining_rate * start;
             }
         }
         (b, b_rate, modulus, modulus_rate)
     }
 
-    fn at(&self, xi: Mandel, x: f64) -> At {
-        self.with(xi, x, self.material.criterion.derivatives(&xi))
+    fn at(&self, xi: Mandel, x: f64) -> Iterate {
+        self.iterate_with(xi, x, self.material.criterion.derivatives(&xi))
     }
 
-    /// At the trial stress less the backstresses.
-    fn start(&self) -> At {
+    /// Iterate at the trial stress minus the backstresses.
+    fn start(&self) -> Iterate {
         let xi = self.data(0.0).0;
-        match (&self.material.criterion, self.known) {
-            (YieldFunction::Yld2004(law), Some(known)) => {
-                self.with(xi, 0.0, law.derivatives_of(known))
+        match (&self.material.criterion, self.principal) {
+            (YieldFunction::Yld2004(law), Some(principal)) => {
+                self.iterate_with(xi, 0.0, law.derivatives_of(principal))
             }
             _ => self.at(xi, 0.0),
         }
     }
 
-    fn with(&self, xi: Mandel, x: f64, derivatives: Derivatives) -> At {
+    fn iterate_with(&self, xi: Mandel, x: f64, derivatives: Derivatives) -> Iterate {
         let (target, b_rate, modulus, modulus_rate) = self.data(x);
         let (yield_stress, slope) = self.material.hardening.flow_stress(self.old[EQUIVALENT] + x);
         let lambda = x / yield_stress;
@@ -144,7 +144,7 @@ impl<'a> General<'a> {
         let rate = Vector::from_fn(|i, _| product_rate * g[i] - b_rate[i]);
         let matrix = Matrix::identity() + curvature * (modulus * lambda);
         let second = yield_stress / equivalent - 1.0;
-        At {
+        Iterate {
             x,
             xi,
             target,
@@ -163,71 +163,71 @@ impl<'a> General<'a> {
         }
     }
 
-    /// Finds the state on the yield surface.
+    /// Solves for the state on the yield surface.
     pub(super) fn solve(&self) -> Result<Returned, MaterialError> {
-        self.accept(self.together().unwrap_or_else(|best| self.nested(*best)))
+        self.accept(self.newton().unwrap_or_else(|best| self.bracketed(*best)))
     }
 
-    /// The same by the bracketed search alone.
+    /// Solves by the bracketed search only.
     #[cfg(test)]
     pub(super) fn solve_bracketed(&self) -> Result<Returned, MaterialError> {
-        self.accept(self.nested(self.at(self.trial, 0.0)))
+        self.accept(self.bracketed(self.at(self.trial, 0.0)))
     }
 
-    fn accept(&self, at: At) -> Result<Returned, MaterialError> {
+    fn accept(&self, at: Iterate) -> Result<Returned, MaterialError> {
         let residual = at.residual();
-        // Of a trial stress far outside only so many digits are left.
+        // A distant trial stress limits the number of significant digits.
         let rounding = 4.0 * f64::EPSILON * tensor::dot(&at.target, &at.target).sqrt();
-        if residual.is_nan() || residual > ACCEPTED.max(rounding / at.yield_stress) {
-            return Err(MaterialError::ReturnMapping { residual, iterations: MAX_BISECTION });
+        if residual.is_nan() || residual > RESIDUAL_ACCEPTED.max(rounding / at.yield_stress) {
+            return Err(MaterialError::ReturnMapping { residual, iterations: BISECTIONS_MAX });
         }
-        // The flow that makes stress and backstress agree with ξ to rounding.
+        // Plastic strain increment for which stress and backstress agree with ξ to rounding.
         let flow = std::array::from_fn(|i| (at.target[i] - at.xi[i]) / at.modulus);
         Ok(Returned { increment: at.x, flow, at })
     }
 
-    /// Newton's method on both equations from the radial return; the state it stopped at when it fails.
-    fn together(&self) -> Result<At, Box<At>> {
+    /// Newton's method on both equations, started at the radial return. On failure returns the last iterate.
+    fn newton(&self) -> Result<Iterate, Box<Iterate>> {
         let start = self.start();
         let slope = if start.slope.is_finite() { start.slope } else { 0.0 };
         let excess = start.equivalent - start.yield_stress;
         let x = excess / (start.modulus * start.normal.norm_squared() + slope);
         let shrink = start.yield_stress / start.equivalent;
         let mut at = self.at(start.target.map(|t| t * shrink), x);
-        for _ in 0..MAX_NEWTON {
+        for _ in 0..NEWTON_ITERATIONS_MAX {
             let residual = at.residual();
-            if residual <= TARGET {
+            if residual <= RESIDUAL_TOLERANCE {
                 return Ok(at);
             }
             let Some((step, increment)) = newton_step(&at) else { return Err(Box::new(at)) };
-            let mut share = if at.x + increment > 0.0 { 1.0 } else { 0.9 * at.x / -increment };
+            let mut length = if at.x + increment > 0.0 { 1.0 } else { 0.9 * at.x / -increment };
             let next = loop {
-                let xi = std::array::from_fn(|i| at.xi[i] + share * step[i]);
-                let next = self.at(xi, at.x + share * increment);
-                if next.residual() < (1.0 - 1e-4 * share) * residual {
+                let xi = std::array::from_fn(|i| at.xi[i] + length * step[i]);
+                let next = self.at(xi, at.x + length * increment);
+                if next.residual() < (1.0 - 1e-4 * length) * residual {
                     break Some(next);
                 }
-                share *= 0.5;
-                if share < 1e-3 {
+                length *= 0.5;
+                if length < 1e-3 {
                     break None;
                 }
             };
             match next {
                 Some(next) => at = next,
-                // Rounding ends the descent of a converged state.
-                None if residual <= 0.1 * ACCEPTED => return Ok(at),
+                // At a converged state rounding prevents further descent.
+                None if residual <= 0.1 * RESIDUAL_ACCEPTED => return Ok(at),
                 None => return Err(Box::new(at)),
             }
         }
-        if at.residual() <= 0.1 * ACCEPTED { Ok(at) } else { Err(Box::new(at)) }
+        if at.residual() <= 0.1 * RESIDUAL_ACCEPTED { Ok(at) } else { Err(Box::new(at)) }
     }
 
-    /// `x` in a bracket, the convex minimum for each.
-    fn nested(&self, best: At) -> At {
+    /// Bracketed search for `x` with the convex minimum for each value.
+    fn bracketed(&self, best: Iterate) -> Iterate {
         let (mut low, mut high) = (0.0, f64::INFINITY);
         let mut at = self.minimum(best.xi, best.x.max(1e-12));
-        for _ in 0..MAX_BISECTION {
-            if at.second.abs() <= TARGET {
+        for _ in 0..BISECTIONS_MAX {
+            if at.second.abs() <= RESIDUAL_TOLERANCE {
                 break;
             }
             let x = at.x;
@@ -250,28 +250,28 @@ impl<'a> General<'a> {
         at
     }
 
-    /// The minimum of `½ |ξ - B|² + ½ m λ σ̄(ξ)²`.
-    fn minimum(&self, start: Mandel, x: f64) -> At {
+    /// Minimum of `½ |ξ - B|² + ½ m λ σ̄(ξ)²` over `ξ` for given `x`.
+    fn minimum(&self, start: Mandel, x: f64) -> Iterate {
         let mut at = self.at(start, x);
-        for _ in 0..MAX_BISECTION {
-            if at.first.norm() <= TARGET * at.equivalent {
+        for _ in 0..BISECTIONS_MAX {
+            if at.first.norm() <= RESIDUAL_TOLERANCE * at.equivalent {
                 break;
             }
             let Some(factor) = at.matrix.cholesky() else { break };
             let step = -factor.solve(&at.first);
             let (energy, descent) = (at.energy(), at.first.dot(&step));
-            let mut share = 1.0;
+            let mut length = 1.0;
             let next = loop {
-                let next = self.at(std::array::from_fn(|i| at.xi[i] + share * step[i]), x);
-                let falls = next.energy() <= energy + 1e-4 * share * descent;
-                // Near the minimum the energy is lost in rounding; the residual is not.
-                if falls && share * descent.abs() > 1e-12 * energy
+                let next = self.at(std::array::from_fn(|i| at.xi[i] + length * step[i]), x);
+                let falls = next.energy() <= energy + 1e-4 * length * descent;
+                // Near the minimum the energy is limited by rounding, the residual is not.
+                if falls && length * descent.abs() > 1e-12 * energy
                     || next.first.norm() < 0.9 * at.first.norm()
                 {
                     break Some(next);
                 }
-                share *= 0.5;
-                if share < 1e-10 {
+                length *= 0.5;
+                if length < 1e-10 {
                     break None;
                 }
             };
@@ -281,7 +281,7 @@ impl<'a> General<'a> {
         at
     }
 
-    /// `dT/dE` at the returned state.
+    /// Consistent tangent `dT/dE` at the converged state.
     pub(super) fn tangent(&self, returned: &Returned) -> Mandel66 {
         let at = &returned.at;
         let elastic = &self.material.elastic;
@@ -306,8 +306,8 @@ impl<'a> General<'a> {
     }
 }
 
-/// Newton's step of `(ξ, x)`.
-fn newton_step(at: &At) -> Option<(Vector, f64)> {
+/// Newton step of `(ξ, x)`; `None` if the matrix is not positive definite.
+fn newton_step(at: &Iterate) -> Option<(Vector, f64)> {
     let factor = at.matrix.cholesky()?;
     let v = factor.solve(&at.rate);
     let r = factor.solve(&at.first);

@@ -1,5 +1,5 @@
-//! Elastoplasticity in logarithmic strain space: Hill48 or Yld2004-18p, isotropic and Chaboche kinematic
-//! hardening. This file returns quadratic criteria; [`general`] any other.
+//! Elastoplasticity in logarithmic strain space: Hill48 or Yld2004-18p, isotropic and Chaboche kinematic hardening.
+//! The return mapping of quadratic criteria is in [`quadratic`], that of any other in [`general`].
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -9,11 +9,12 @@
 //! | `x` | increment of `p` |
 //! | `π_i`, `v_i` | eigenvalues and eigenvectors of Hill's form, also eigenvectors of the elasticity |
 //!
-//! Backward Euler with `dEp = x P ξ / σ̄`, backstresses exact for flow in that direction: `X_k = θ_k X_k + ⅔ C_k φ_k dEp` with
-//! `θ_k = exp(-γ_k x)`, `φ_k = (1 - θ_k) / (γ_k x)`. In the eigenbasis, with `λ = x / σ_y(p + x)`,
-//! `m = 2μ + Σ ⅔ C_k φ_k`: `ξ_i = (T_trial - Σ θ_k X_k)_i / (1 + m λ π_i)`. What remains is one scalar
-//! equation, `Ψ(x) = σ_trial (σ_y / σ̄ - 1) = 0`, a straight line for von Mises with linear hardening;
-//! Newton's method kept inside a bracket solves it for every increment.
+//! Backward Euler with `dEp = x P ξ / σ̄`; backstresses are exact for flow in that direction:
+//! `X_k = θ_k X_k + ⅔ C_k φ_k dEp` with `θ_k = exp(-γ_k x)`, `φ_k = (1 - θ_k) / (γ_k x)`. In the eigenbasis, with
+//! `λ = x / σ_y(p + x)`, `m = 2μ + Σ ⅔ C_k φ_k`: `ξ_i = (T_trial - Σ θ_k X_k)_i / (1 + m λ π_i)`.
+//!
+//! One scalar equation remains, `Ψ(x) = σ_trial (σ_y / σ̄ - 1) = 0`, linear for von Mises with linear hardening.
+//! Newton's method safeguarded by a bracket solves it for every increment.
 
 use crate::solver::material::error::MaterialDataError;
 
@@ -34,42 +35,49 @@ pub struct Backstress {
     pub recovery: f64,
 }
 
-/// What recovery leaves of a backstress and of its growth over an increment, and the derivatives by that.
+/// Factors of dynamic recovery over an increment, with their derivatives with respect to `x`.
 #[derive(Debug, Clone, Copy)]
 struct Decay {
-    /// `θ`.
-    left: f64,
-    left_rate: f64,
-    /// `φ`.
-    grown: f64,
-    grown_rate: f64,
+    /// `θ`: remaining fraction of the backstress.
+    remaining: f64,
+    remaining_rate: f64,
+    /// `φ`: remaining fraction of its growth.
+    growth: f64,
+    growth_rate: f64,
 }
 
 impl Backstress {
     fn decay(&self, x: f64) -> Decay {
-        /// Where the closed form of `φ'` has lost as many digits as the series leaves out.
-        const SMALL: f64 = 1e-4;
+        /// Value of `γ x` below which `φ'` is computed from its series. Here the cancellation error of the closed
+        /// form equals the truncation error.
+        const SERIES_LIMIT: f64 = 1e-4;
         let y = self.recovery * x;
-        let left = (-y).exp();
-        let (grown, slope) = if y < SMALL {
+        let remaining = (-y).exp();
+        let (growth, slope) = if y < SERIES_LIMIT {
             (1.0 - y * (0.5 - y * (1.0 / 6.0 - y / 24.0)), -0.5 + y * (1.0 / 3.0 - y * 0.125))
         } else {
-            let grown = -(-y).exp_m1() / y;
-            (grown, (left - grown) / y)
+            let growth = -(-y).exp_m1() / y;
+            (growth, (remaining - growth) / y)
         };
-        Decay { left, left_rate: -self.recovery * left, grown, grown_rate: self.recovery * slope }
+        Decay {
+            remaining,
+            remaining_rate: -self.recovery * remaining,
+            growth,
+            growth_rate: self.recovery * slope,
+        }
     }
 }
 
-/// History of a point: `Ep` (6), `p`, plastic work, `E` (6, in the axes in which it was asked), then six values for each backstress.
+/// Layout of a history: `Ep` (6), `p`, plastic work, `E` (6, in the axes of the caller), then six values for each
+/// backstress.
 const STRAIN: usize = 0;
 const EQUIVALENT: usize = 6;
 const WORK: usize = 7;
 const LOG_STRAIN: usize = 8;
 const BACKSTRESS: usize = 14;
-/// Yield check, relative to the flow stress.
+/// Tolerance of the yield check, relative to the flow stress.
 const YIELD_TOLERANCE: f64 = 1e-12;
-const MAX_ITERATIONS: usize = 200;
+const RETURN_ITERATIONS_MAX: usize = 200;
 
 /// An elastoplastic material.
 #[derive(Debug, Clone)]
@@ -78,16 +86,16 @@ pub struct Plastic {
     criterion: YieldFunction,
     hardening: Hardening,
     backstresses: Vec<Backstress>,
-    /// Turns the tensors that it is asked with into material axes; `None` when the axes coincide.
+    /// Rotation of tensors into material axes; `None` if the axes coincide.
     to_material: Option<Mandel66>,
 }
 
 impl Plastic {
-    /// A material with axes along x (rolling), y, z. The yield surface is scaled to `G + H = 1`, so the
-    /// hardening curve is that of tension along the rolling direction.
+    /// Material with axes along x (rolling), y, z. The yield surface is scaled to `G + H = 1`, so that the hardening
+    /// curve is that of tension along the rolling direction.
     ///
     /// # Errors
-    /// [`MaterialDataError`] for the first value out of its range.
+    /// [`MaterialDataError`] for the first value out of range.
     pub fn new(
         elastic: Elastic,
         hill: &Hill48,
@@ -96,10 +104,10 @@ impl Plastic {
         Self::with_yield(elastic, YieldFunction::hill48(hill)?, hardening)
     }
 
-    /// A material with any yield function, axes along x (rolling), y, z.
+    /// Material with any yield function and axes along x (rolling), y, z.
     ///
     /// # Errors
-    /// [`MaterialDataError`] for the first value out of its range.
+    /// [`MaterialDataError`] for the first value out of range.
     pub fn with_yield(
         elastic: Elastic,
         criterion: YieldFunction,
@@ -110,10 +118,10 @@ impl Plastic {
         Ok(Self { elastic, criterion, hardening, backstresses: Vec::new(), to_material: None })
     }
 
-    /// The material with kinematic hardening.
+    /// Adds kinematic hardening.
     ///
     /// # Errors
-    /// [`MaterialDataError::Elastic`] for a modulus or recovery below zero.
+    /// [`MaterialDataError::Elastic`] for a negative modulus or recovery.
     pub fn with_backstresses(
         mut self,
         backstresses: Vec<Backstress>,
@@ -131,8 +139,8 @@ impl Plastic {
         Ok(self)
     }
 
-    /// The material with other axes: the columns of the rotation `axes` are rolling, transverse and
-    /// thickness direction in the undeformed body.
+    /// Sets the material axes: the columns of the rotation `axes` are the rolling, transverse and thickness
+    /// directions in the undeformed body.
     #[must_use]
     pub fn with_axes(mut self, axes: &Mat3) -> Self {
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| axes[(j, i)]));

@@ -1,6 +1,7 @@
-//! Points side by side under a criterion that is not quadratic.
+//! Update of up to eight points with a criterion that is not quadratic.
 //!
-//! All trial stresses are taken to their principal values at once; only points that yield go on, one by one.
+//! The principal values of all trial stresses are computed in SIMD lanes; only points that yield are then returned
+//! individually.
 
 use super::{
     BACKSTRESS, EQUIVALENT, LogResponse, LogResponses, MaterialError, Plastic, STRAIN, WORK,
@@ -10,17 +11,17 @@ use crate::solver::material::yld2004::{Principal, Yld2004};
 use crate::solver::numbers::lanes::{Eight, POINTS};
 use crate::solver::numbers::tensor::{self, Mandel};
 
-/// A point before it is known whether it yields, in material axes.
+/// Elastic trial state of a point in material axes.
 struct Trial<'a> {
     elastic_strain: Mandel,
     stress: Mandel,
     old: &'a [f64],
-    /// Of the stress less the backstresses.
+    /// Principal values of the stress minus the backstresses.
     principal: &'a Principal,
 }
 
 impl Plastic {
-    /// [`Material::update_points`](super::Material::update_points), but for the strain in the history.
+    /// [`Material::update_points`](super::Material::update_points) without storing the strain in the history.
     pub(super) fn update_general(
         &self,
         law: &Yld2004,
@@ -30,17 +31,18 @@ impl Plastic {
     ) -> Result<(), (usize, MaterialError)> {
         let len = BACKSTRESS + 6 * self.backstresses.len();
         let mut elastic = [([0.0; 6], [0.0; 6]); POINTS];
-        let mut relative = [[0.0; POINTS]; 6];
+        let mut relative_stress = [[0.0; POINTS]; 6];
         for (point, (strain, stress)) in elastic.iter_mut().enumerate().take(count) {
             let old = &old[point * len..][..len];
             let own = strains.map(|of| of[point]);
-            let own = self.to_material.as_ref().map_or(own, |turn| tensor::apply(turn, &own));
+            let own =
+                self.to_material.as_ref().map_or(own, |rotation| tensor::apply(rotation, &own));
             *strain = std::array::from_fn(|i| own[i] - old[STRAIN + i]);
             *stress = self.elastic.stress(strain);
-            let all = relative.iter_mut().zip(self.relative(stress, old));
+            let all = relative_stress.iter_mut().zip(self.relative_stress(stress, old));
             all.for_each(|(to, value)| to[point] = value);
         }
-        let principal = law.principal(&relative, count);
+        let principal = law.principal(&relative_stress, count);
         let mut response = LogResponse::zero();
         for (point, (elastic_strain, stress)) in elastic.into_iter().enumerate().take(count) {
             let range = point * len..(point + 1) * len;
@@ -50,23 +52,24 @@ impl Plastic {
                 old: &old[range.clone()],
                 principal: &principal[point],
             };
-            self.settle(law, &trial, &mut new[range], &mut response).map_err(|e| (point, e))?;
-            if let Some(turn) = &self.to_material {
-                let back = tensor::transpose(turn);
+            self.return_to_surface(law, &trial, &mut new[range], &mut response)
+                .map_err(|e| (point, e))?;
+            if let Some(rotation) = &self.to_material {
+                let back = tensor::transpose(rotation);
                 response.stress = tensor::apply(&back, &response.stress);
                 let half = tensor::product(&back, &response.tangent);
-                response.tangent = tensor::product(&half, turn);
+                response.tangent = tensor::product(&half, rotation);
             }
-            out.put(point, &response);
+            out.set_point(point, &response);
         }
         Ok(())
     }
 
-    /// Stress, tangent and history of one point in material axes.
+    /// Stress, tangent and new history of one point in material axes.
     ///
     /// # Errors
-    /// [`MaterialError::ReturnMapping`] for a stress that is NaN, or where the return mapping does not converge.
-    fn settle(
+    /// [`MaterialError::ReturnMapping`] for a stress that is NaN, or if the return mapping does not converge.
+    fn return_to_surface(
         &self,
         law: &Yld2004,
         trial: &Trial<'_>,
@@ -100,7 +103,7 @@ impl Plastic {
         new[EQUIVALENT] += increment;
         let harder = self.hardening.flow_stress(new[EQUIVALENT]).0 - flow_stress;
         let work = tensor::dot(&out.stress, &flow) - 0.5 * harder * increment;
-        new[WORK] += work - self.harden(increment, &flow, new);
+        new[WORK] += work - self.update_backstresses(increment, &flow, new);
         let elastic: Mandel = std::array::from_fn(|i| elastic_strain[i] - flow[i]);
         out.elastic_energy = 0.5 * tensor::dot(&out.stress, &elastic);
         out.plastic_work = new[WORK];
@@ -108,14 +111,14 @@ impl Plastic {
         Ok(())
     }
 
-    /// Moves the backstresses with the flow; the work that they store.
-    fn harden(&self, increment: f64, flow: &Mandel, new: &mut [f64]) -> f64 {
+    /// Updates the backstresses; returns the work they store.
+    fn update_backstresses(&self, increment: f64, flow: &Mandel, new: &mut [f64]) -> f64 {
         let mut stored = 0.0;
         for (k, one) in self.backstresses.iter().enumerate() {
             let decay = one.decay(increment);
             for (i, value) in flow.iter().enumerate() {
                 let x = &mut new[BACKSTRESS + 6 * k + i];
-                let next = decay.left * *x + 2.0 / 3.0 * one.modulus * decay.grown * value;
+                let next = decay.remaining * *x + 2.0 / 3.0 * one.modulus * decay.growth * value;
                 stored += 0.5 * (next - *x) * value;
                 *x = next;
             }
@@ -123,14 +126,14 @@ impl Plastic {
         stored
     }
 
-    /// Stress less the backstresses of `old`.
-    fn relative(&self, stress: &Mandel, old: &[f64]) -> Mandel {
-        let mut relative = *stress;
+    /// Stress minus the backstresses of `old`.
+    fn relative_stress(&self, stress: &Mandel, old: &[f64]) -> Mandel {
+        let mut relative_stress = *stress;
         for k in 0..self.backstresses.len() {
-            for (i, value) in relative.iter_mut().enumerate() {
+            for (i, value) in relative_stress.iter_mut().enumerate() {
                 *value -= old[BACKSTRESS + 6 * k + i];
             }
         }
-        relative
+        relative_stress
     }
 }

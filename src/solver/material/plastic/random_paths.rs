@@ -1,5 +1,5 @@
-//! Random strain paths: consistency, tangent, frame indifference, no failure. `KANAGATA_PATHS=100000` walks as
-//! many paths as that (in all); without it a few thousand.
+//! Random strain paths: consistency, tangent, frame indifference, no failure. `KANAGATA_PATHS=100000` runs that many
+//! paths in total; the default is a few thousand.
 
 use rayon::prelude::*;
 
@@ -11,9 +11,9 @@ use crate::solver::numbers::tensor::Mandel;
 /// Steps of a path.
 const STEPS: usize = 4;
 
-/// What one path saw.
+/// Largest errors and counts of a path.
 #[derive(Debug, Clone, Copy, Default)]
-struct Seen {
+struct PathErrors {
     plastic: usize,
     checked: usize,
     consistency: f64,
@@ -21,7 +21,7 @@ struct Seen {
     frame: f64,
 }
 
-impl Seen {
+impl PathErrors {
     fn and(self, other: Self) -> Self {
         Self {
             plastic: self.plastic + other.plastic,
@@ -33,62 +33,62 @@ impl Seen {
     }
 }
 
-/// Random paths with increments from 1e-4 to 1: no failure, every plastic state on the yield surface (1e-10),
-/// its tangent the derivative of the stress wherever the neighbours flow too (1e-6), and the same response seen
-/// from turned axes (1e-12 of the trial stress).
+/// Random paths with increments from 1e-4 to 1: no failure, and every plastic state on the yield surface (1e-10). The
+/// tangent is the derivative of the stress if the perturbed points yield too (1e-6). The response is
+/// frame-indifferent (1e-12 of the trial stress).
 #[test]
 fn random_paths_end_on_the_yield_surface_with_the_true_tangent_in_every_frame() {
     let kinds = every_kind();
     let wanted = std::env::var("KANAGATA_PATHS").ok().and_then(|text| text.parse().ok());
     let paths = wanted.unwrap_or(3200_usize).div_ceil(kinds.len());
     for (index, material) in kinds.iter().enumerate() {
-        let walks: Vec<Seen> =
+        let walks: Vec<PathErrors> =
             (0..paths).into_par_iter().map(|path| walk(material, index, path)).collect();
-        let seen = walks.into_iter().fold(Seen::default(), Seen::and);
-        println!("kind {index}: {paths} paths, {seen:?}");
+        let errors = walks.into_iter().fold(PathErrors::default(), PathErrors::and);
+        println!("kind {index}: {paths} paths, {errors:?}");
         let steps = STEPS * paths;
         // The shortest quarter of the increments stays elastic in a strong sheet.
-        assert!(2 * seen.plastic > steps && 3 * seen.checked > steps, "{index}: {seen:?}");
+        assert!(2 * errors.plastic > steps && 3 * errors.checked > steps, "{index}: {errors:?}");
     }
 }
 
-fn walk(material: &Plastic, index: usize, path: usize) -> Seen {
+fn walk(material: &Plastic, index: usize, path: usize) -> PathErrors {
     let mut random = Random(11 + 1_000_003 * (path as u64 + 1) + index as u64);
     (0..8).for_each(|_| _ = random.next());
     let size = 10f64.powf(-4.0 * (path % 17) as f64 / 16.0);
     let mut strain = [0.0; 6];
     let mut state = vec![0.0; material.state_len()];
-    let mut seen = Seen::default();
+    let mut errors = PathErrors::default();
     for _ in 0..STEPS {
         let step = random.tensor(size);
         (0..6).for_each(|i| strain[i] += step[i]);
         let (out, new) = run(material, &strain, &state);
         let frame = frame_error(material, &mut random, &strain, &state, &out);
         assert!(frame < 1e-12, "{index}, path {path}: {frame:e} in another frame at size {size}");
-        seen.frame = seen.frame.max(frame);
+        errors.frame = errors.frame.max(frame);
         if out.plastic {
-            seen.plastic += 1;
+            errors.plastic += 1;
             let error = consistency(material, &out.stress, &new).abs();
             assert!(
                 error < 1e-10,
                 "{index}, path {path}: {error:e} off the surface at size {size}"
             );
-            seen.consistency = seen.consistency.max(error);
+            errors.consistency = errors.consistency.max(error);
             let trace = new[0] + new[1] + new[2];
             assert!(trace.abs() < 1e-14 * (1.0 + size), "plastic volume change {trace:e}");
             assert!(new[EQUIVALENT] > state[EQUIVALENT] && new[WORK].is_finite());
             if let Some(error) = tangent_error(material, &strain, &state, &out, size) {
                 assert!(error < 1e-6, "{index}, path {path}: tangent {error:e} at size {size}");
-                seen.checked += 1;
-                seen.tangent = seen.tangent.max(error);
+                errors.checked += 1;
+                errors.tangent = errors.tangent.max(error);
             }
         }
         state = new;
     }
-    seen
+    errors
 }
 
-/// Largest difference of the stress when body and material axes are turned together, over the trial stress.
+/// Largest change of the stress under a common rotation of body and material axes, over the trial stress.
 fn frame_error(
     material: &Plastic,
     random: &mut Random,
@@ -109,8 +109,8 @@ fn frame_error(
     gap / tensor::dot(&trial, &trial).sqrt()
 }
 
-/// Largest difference between the tangent and difference quotients of the stress, relative to the tangent's
-/// largest entry; `None` where a neighbour leaves the plastic branch.
+/// Largest difference between the tangent and difference quotients of the stress, relative to the largest entry of
+/// the tangent; `None` if a perturbed point is elastic.
 fn tangent_error(
     material: &Plastic,
     strain: &Mandel,
@@ -138,8 +138,8 @@ fn tangent_error(
     Some(worst)
 }
 
-/// The limit of a central difference quotient by Richardson's extrapolation over three steps, from steps that
-/// shrink until the last two extrapolations agree to `enough`; else the pair that agrees best.
+/// Limit of a central difference quotient by Richardson extrapolation over three steps. The steps shrink until the
+/// last two extrapolations agree to `enough`; otherwise the best pair is returned.
 fn derivative(quotient: impl Fn(f64) -> Option<Mandel>, first: f64, enough: f64) -> Option<Mandel> {
     let extrapolate = |wide: &Mandel, narrow: &Mandel, by: f64| -> Mandel {
         std::array::from_fn(|i| (by * narrow[i] - wide[i]) / (by - 1.0))

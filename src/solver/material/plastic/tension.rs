@@ -1,15 +1,15 @@
-//! Tension along rolling that never turns. Where the yield surface is not the same in all directions, a backstress grows along the
-//! plastic strain and not along the stress, and the flow turns as it does.
+//! Monotonic tension along the rolling direction. On an anisotropic yield surface a backstress grows along the
+//! plastic strain and not along the stress, and the flow direction rotates with it.
 
 use super::Backstress;
 use crate::solver::material::hardening::Hardening;
 use crate::solver::material::yield_function::YieldFunction;
 use crate::solver::numbers::tensor::{self, Mandel};
 
-/// Steps to a strain; their lengths grow linearly, as backstresses saturate early.
-const STEPS: usize = 100;
+/// Number of steps to a strain. Their lengths grow linearly, since backstresses saturate early.
+const STRAIN_STEPS: usize = 100;
 
-/// A point in tension along rolling.
+/// State of a point in tension along the rolling direction.
 struct Tension<'a> {
     criterion: &'a YieldFunction,
     hardening: &'a Hardening,
@@ -21,7 +21,7 @@ struct Tension<'a> {
 }
 
 impl Tension<'_> {
-    /// Stress along rolling [MPa], the only one, that `σ̄(T - X) = σ_y(p)` leaves, and the direction of flow there.
+    /// Uniaxial stress along the rolling direction [MPa] with `σ̄(T - X) = σ_y(p)`, and the flow direction there.
     fn at_yield(&self) -> (f64, Mandel) {
         const ITERATIONS: usize = 50;
         let sum: Mandel = std::array::from_fn(|i| self.grown.iter().map(|x| x[i]).sum());
@@ -42,17 +42,17 @@ impl Tension<'_> {
         (stress, normal)
     }
 
-    /// What flow of `dp = x` along `normal` makes of it.
+    /// Updates the state for flow of `dp = x` along `normal`.
     fn advance(&mut self, x: f64, normal: &Mandel) {
         self.equivalent += x;
         for (one, grown) in self.backstresses.iter().zip(&mut self.grown) {
             let decay = one.decay(x);
-            let growth = 2.0 / 3.0 * one.modulus * decay.grown * x;
-            (0..6).for_each(|i| grown[i] = decay.left * grown[i] + growth * normal[i]);
+            let growth = 2.0 / 3.0 * one.modulus * decay.growth * x;
+            (0..6).for_each(|i| grown[i] = decay.remaining * grown[i] + growth * normal[i]);
         }
     }
 
-    /// Goes on by a plastic strain along rolling, flowing as in the middle of the step.
+    /// Advances by a plastic strain along the rolling direction with the flow direction of the midpoint.
     fn step(&mut self, strain: f64) {
         let (before, saved) = (self.equivalent, self.grown.clone());
         let (_, normal) = self.at_yield();
@@ -62,7 +62,7 @@ impl Tension<'_> {
         self.advance(strain / normal[0], &normal);
     }
 
-    /// `dσ/dε` [MPa], from `n : (dT - dX) = σ_y' dp`.
+    /// Tangent modulus `dσ/dε` [MPa] from `n : (dT - dX) = σ_y' dp`.
     fn slope(&self, normal: &Mandel) -> f64 {
         let rise = |(one, grown): (&Backstress, &Mandel)| {
             2.0 / 3.0 * one.modulus * tensor::dot(normal, normal)
@@ -73,7 +73,7 @@ impl Tension<'_> {
     }
 }
 
-/// Stress and its slope [MPa] in tension along rolling at a plastic strain along rolling, `strain >= 0`.
+/// Stress and tangent modulus [MPa] in tension along the rolling direction at the plastic strain `strain >= 0`.
 pub(in crate::solver::material) fn along_rolling(
     criterion: &YieldFunction,
     hardening: &Hardening,
@@ -85,8 +85,8 @@ pub(in crate::solver::material) fn along_rolling(
     }
     let grown = vec![[0.0; 6]; backstresses.len()];
     let mut point = Tension { criterion, hardening, backstresses, equivalent: 0.0, grown };
-    let whole = (STEPS * STEPS) as f64;
-    (0..STEPS).for_each(|k| point.step(strain * (2 * k + 1) as f64 / whole));
+    let whole = (STRAIN_STEPS * STRAIN_STEPS) as f64;
+    (0..STRAIN_STEPS).for_each(|k| point.step(strain * (2 * k + 1) as f64 / whole));
     let (stress, normal) = point.at_yield();
     (stress, point.slope(&normal))
 }
@@ -98,8 +98,8 @@ pub(super) mod tests {
     use super::*;
     use crate::solver::material::law::LogResponse;
 
-    /// Stress, state and strains of a point drawn along the first axis to `strain[0]`: finds the other strains, from those given on,
-    /// that leave no other stress.
+    /// Stress, state and strains of a point in uniaxial tension along the first axis to `strain[0]`. Solves for the
+    /// other strains, starting from the given ones, so that the other stresses vanish.
     pub(in super::super) fn drawn(
         material: &Plastic,
         strain: &Mandel,
@@ -115,27 +115,27 @@ pub(super) mod tests {
             let matrix = nalgebra::SMatrix::<f64, 5, 5>::from_fn(|r, c| out.tangent[r + 1][c + 1]);
             let rhs = nalgebra::SVector::<f64, 5>::from_fn(|r, _| -out.stress[r + 1]);
             let step = matrix.lu().solve(&rhs).unwrap();
-            // Nearly flat sides of the yield surface throw a full step of Newton's off.
-            let mut share = 1.0;
+            // Nearly flat sides of the yield surface make a full Newton step diverge.
+            let mut length = 1.0;
             loop {
                 let tried = std::array::from_fn(|i| {
-                    strain[i] + if i > 0 { share * step[i - 1] } else { 0.0 }
+                    strain[i] + if i > 0 { length * step[i - 1] } else { 0.0 }
                 });
                 let next = run(material, &tried, old);
-                if rest(&next.0) < rest(&out) || share < 1e-6 {
+                if rest(&next.0) < rest(&out) || length < 1e-6 {
                     (strain, (out, new)) = (tried, next);
                     break;
                 }
-                share *= 0.5;
+                length *= 0.5;
             }
         }
         panic!("tension to {} did not converge", strain[0]);
     }
 
-    /// The law itself, drawn in 200 increments; what its stress would be if it flowed alike in all directions is another: of AA2090-T3
-    /// by more than a hundredth.
+    /// Comparison with the law itself in 200 increments. Isotropic flow would give another stress, for AA2090-T3 by
+    /// more than 1 %.
     #[test]
-    fn it_is_what_a_point_of_the_law_does() {
+    fn it_agrees_with_a_point_of_the_law() {
         for name in ["aa2090-t3-barlat2005", "aa6111-t4-barlat2005"] {
             let [_, law] = sheet(name);
             let mut state = vec![0.0; BACKSTRESS + 6 * law.backstresses.len()];
@@ -152,7 +152,7 @@ pub(super) mod tests {
             assert!((slope / difference - 1.0).abs() < 1e-4, "{name}: {slope} {difference}");
             let p = state[EQUIVALENT];
             let alike = law.hardening.flow_stress(p).0
-                + law.backstresses.iter().map(|b| b.modulus * b.decay(p).grown * p).sum::<f64>();
+                + law.backstresses.iter().map(|b| b.modulus * b.decay(p).growth * p).sum::<f64>();
             let anisotropic = name.starts_with("aa2090");
             assert_eq!(
                 (alike / stress - 1.0).abs() > 0.01,

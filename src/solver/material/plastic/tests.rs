@@ -1,4 +1,4 @@
-//! Claims about the plastic law, alone and carried to finite strain.
+//! Properties of the plastic law in small and finite strain.
 
 use super::super::yld2004::Yld2004;
 use super::super::{card, log_strain};
@@ -19,7 +19,7 @@ pub(super) fn paper() -> Plastic {
     Plastic::new(ELASTIC, &PAPER, swift()).unwrap()
 }
 
-/// Its curve has no slope where it begins.
+/// Hardening law with infinite slope at zero plastic strain.
 fn ludwik() -> Plastic {
     let hardening = Hardening::Ludwik { sigma0: 120.0, k: 400.0, n: 0.5 };
     Plastic::new(ELASTIC, &PAPER, hardening).unwrap()
@@ -33,7 +33,7 @@ pub(super) fn kinematic() -> Plastic {
     paper().with_backstresses(backstresses).unwrap()
 }
 
-/// The card's law, without and with backstresses.
+/// Law of the card, without and with backstresses.
 pub(super) fn sheet(name: &str) -> [Plastic; 2] {
     let card = card::find(name).unwrap();
     let criterion = card.yield_function().unwrap().unwrap();
@@ -46,7 +46,8 @@ pub(super) fn sheet(name: &str) -> [Plastic; 2] {
     [plain.clone(), plain.with_backstresses(backstresses).unwrap()]
 }
 
-/// Sheets of every kind: quadratic, with Ludwik's hardening, Yld2004-18p, Hosford with a high and with a broken exponent.
+/// Sheets of every kind: quadratic, with Ludwik's hardening, Yld2004-18p, Hosford with a high and with a fractional
+/// exponent.
 pub(super) fn every_kind() -> Vec<Plastic> {
     let mut all = vec![paper(), kinematic(), ludwik()];
     all.extend(sheet("aa2090-t3-barlat2005"));
@@ -79,7 +80,7 @@ pub(super) fn run(material: &Plastic, strain: &Mandel, old: &[f64]) -> (LogRespo
     (out, new)
 }
 
-/// `σ̄(T - X)` over `σ_y(p)`, less one.
+/// `σ̄(T - X) / σ_y(p) - 1`.
 pub(super) fn consistency(material: &Plastic, stress: &Mandel, state: &[f64]) -> f64 {
     let mut relative = *stress;
     for backstress in state[BACKSTRESS..].chunks_exact(6) {
@@ -105,10 +106,10 @@ fn a_strain_of_nan_fails() {
     }
 }
 
-/// Backstresses that recover, strained one way in one step and in a thousand, then back likewise: the same flow, as the
-/// direction of flow does not change on the way.
+/// Backstresses with recovery, strained in one step and in a thousand, then reversed likewise: the same flow, since
+/// the flow direction is constant.
 #[test]
-fn recovery_is_exact_for_flow_that_goes_one_way() {
+fn recovery_is_exact_for_monotonic_flow() {
     let isotropic = Hill48 { f: 0.5, g: 0.5, h: 0.5, l: 1.5, m: 1.5, n: 1.5 };
     let law = Plastic::new(ELASTIC, &isotropic, swift()).unwrap();
     let hosford = YieldFunction::Yld2004(Box::new(Yld2004::hosford(6.5).unwrap()));
@@ -135,8 +136,8 @@ fn recovery_is_exact_for_flow_that_goes_one_way() {
     }
 }
 
-/// The mapping for any yield function, given Hill's, does what the closed form does; and the bracketed
-/// search does what Newton's method on both equations does.
+/// For Hill's criterion the general return mapping agrees with the closed form, and the bracketed search with
+/// Newton's method.
 #[test]
 fn general_mapping_of_a_quadratic_criterion_is_the_closed_form() {
     let mut random = Random(8);
@@ -169,7 +170,7 @@ fn general_mapping_of_a_quadratic_criterion_is_the_closed_form() {
     }
 }
 
-/// The whole chain: `dS/dE_GL` at finite strain, with two and three equal or nearly equal stretches too.
+/// Complete chain: `dS/dE_GL` at finite strain, also with two and three equal or nearly equal stretches.
 #[test]
 fn finite_strain_tangent_is_the_derivative() {
     let mut random = Random(21);
@@ -207,7 +208,7 @@ fn finite_strain_tangent_is_the_derivative() {
     }
 }
 
-/// Turning body, material axes and history together turns the stress and nothing else.
+/// A common rotation of body, material axes and history rotates the stress and changes nothing else.
 #[test]
 fn response_is_indifferent_to_the_frame() {
     let mut random = Random(3);
@@ -246,7 +247,7 @@ fn response_is_indifferent_to_the_frame() {
 }
 
 #[test]
-fn unloading_is_elastic_and_a_second_call_changes_nothing() {
+fn unloading_is_elastic_and_an_update_is_pure() {
     let material = kinematic();
     let strain = [0.05, -0.02, -0.03, 0.01, 0.0, 0.02];
     let (out, state) = run(&material, &strain, &vec![0.0; material.state_len()]);
@@ -262,7 +263,7 @@ fn unloading_is_elastic_and_a_second_call_changes_nothing() {
     (0..6).for_each(|i| assert!((back.stress[i] - expected[i]).abs() < 1e-12));
 }
 
-/// Tension at `angle` to rolling to axial strain `axial`, in one step.
+/// Tension at `angle` to the rolling direction to axial strain `axial`, in one step.
 fn tension(material: &Plastic, axial: f64, angle: f64) -> (f64, Vec<f64>, Mandel) {
     let (s, c) = angle.sin_cos();
     let turned = material.clone().with_axes(&Mat3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0));
@@ -300,7 +301,7 @@ fn r_values_and_yield_ratios_of_the_paper() {
     }
 }
 
-/// Tension of the law itself shows the anisotropy of its yield function: AA2090-T3 (Barlat et al. 2005).
+/// Tension of the law reproduces the anisotropy of its yield function: AA2090-T3 (Barlat et al. 2005).
 #[test]
 fn tension_of_aa2090_t3_has_the_r_values_of_its_yield_function() {
     let [material, _] = sheet("aa2090-t3-barlat2005");
@@ -343,8 +344,8 @@ fn linear_kinematic_hardening_shows_the_bauschinger_effect() {
     assert!((out.stress[3] - state[BACKSTRESS + 3] + radius).abs() < 1e-9);
 }
 
-/// What the strain's work by the trapezoidal rule leaves open falls with the square of the steps, wherever in one of them
-/// a point begins to flow.
+/// The error of the work by the trapezoidal rule decreases with the square of the step, wherever in a step a point
+/// begins to yield.
 #[test]
 fn work_is_accounted_for_to_second_order_in_the_steps() {
     let way = [0.08, -0.03, -0.05, 0.02, 0.01, -0.015];
@@ -366,10 +367,10 @@ fn work_is_accounted_for_to_second_order_in_the_steps() {
     }
 }
 
-/// Eight points of one material, elastic, hardly plastic and far beyond yielding, with histories of their own; those that
-/// yield are where the general mapping ends.
+/// Eight points of one material (elastic, slightly plastic, far beyond yielding) with different histories. Yielding
+/// points agree with the general return mapping.
 #[test]
-fn points_side_by_side_are_what_they_are_alone() {
+fn points_in_lanes_agree_with_single_points() {
     let mut random = Random(7);
     for material in every_kind() {
         let len = material.state_len();
@@ -390,7 +391,7 @@ fn points_side_by_side_are_what_they_are_alone() {
                     let strain = strains.map(|of| of[point]);
                     material.update(&strain, start, &mut alone, &mut response).unwrap();
                     assert_eq!(alone, end);
-                    assert_eq!(response.tangent, out.get(point).tangent);
+                    assert_eq!(response.tangent, out.point(point).tangent);
                     if !response.plastic {
                         continue;
                     }

@@ -1,10 +1,10 @@
-//! Updates of points: quadratic criteria side by side, any other point by point.
+//! Constitutive update: quadratic criteria in SIMD lanes, any other point by point.
 
 use pulp::Arch;
 
 use super::{BACKSTRESS, EQUIVALENT, LOG_STRAIN, Plastic, STRAIN, quadratic};
 use crate::solver::material::law::{
-    LogResponse, LogResponses, Material, MaterialError, Memory, PointState, one_as_points,
+    HistoryLayout, LogResponse, LogResponses, Material, MaterialError, PointState, update_single,
 };
 use crate::solver::material::yield_function::YieldFunction;
 use crate::solver::numbers::lanes::Eight;
@@ -23,7 +23,7 @@ impl Material for Plastic {
         new: &mut [f64],
         response: &mut LogResponse,
     ) -> Result<(), MaterialError> {
-        one_as_points(self, strain, (old, new), response)
+        update_single(self, strain, (old, new), response)
     }
 
     fn update_points(
@@ -54,7 +54,8 @@ impl Material for Plastic {
 
     fn point_state(&self, history: &[f64]) -> Option<PointState> {
         let total: Mandel = std::array::from_fn(|i| history[LOG_STRAIN + i]);
-        let total = self.to_material.as_ref().map_or(total, |turn| tensor::apply(turn, &total));
+        let total =
+            self.to_material.as_ref().map_or(total, |rotation| tensor::apply(rotation, &total));
         let elastic = std::array::from_fn(|i| total[i] - history[STRAIN + i]);
         let stress = self.elastic.stress(&elastic);
         Some(PointState {
@@ -64,9 +65,9 @@ impl Material for Plastic {
         })
     }
 
-    fn memory(&self) -> Option<Memory> {
+    fn history_layout(&self) -> Option<HistoryLayout> {
         let stiffness = self.elastic.stiffness();
-        Some(Memory { strain: LOG_STRAIN, plastic: STRAIN, stiffness })
+        Some(HistoryLayout { strain: LOG_STRAIN, plastic: STRAIN, stiffness })
     }
 
     fn is_symmetric(&self) -> bool {

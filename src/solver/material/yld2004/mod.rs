@@ -7,13 +7,13 @@
 //! | `s'_i`, `s''_j` | principal values of `L' T` and `L'' T` |
 //! | `φ` | `Σ_ij |s'_i - s''_j|^a`, with `σ̄ = (φ / 4)^(1/a)` |
 //!
-//! With both transformations the identity this is Hosford's isotropic function, and with `a = 2` (or 4)
-//! von Mises. `φ` is convex for every `a >= 1` and every choice of the coefficients. Value, gradient and
-//! Hessian are those of isotropic functions of `L' T` and `L'' T`, taken in their eigenframes: equal
-//! principal values are a limit of the divided differences, not a special case.
+//! With both transformations the identity this is Hosford's isotropic function, and with `a = 2` (or 4) von Mises.
+//! `φ` is convex for every `a >= 1` and all coefficients. Value, gradient and Hessian are those of isotropic
+//! functions of `L' T` and `L'' T` in their eigenframes. Equal principal values are a limit of the divided
+//! differences, not a special case.
 
-use super::eigen::{Eigen, eigen_of_all, eigen_of_both};
-use super::hill48::ISOTROPIC;
+use super::eigen::{Eigen, eigen_batch, eigen_pair};
+use super::hill48::ISOTROPY_TOLERANCE_REL;
 use crate::solver::numbers::lanes::{Eight, POINTS};
 use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 
@@ -21,29 +21,29 @@ use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 pub type Coefficients = [f64; 9];
 /// Names of the coefficients as published; 44, 55, 66 belong to the shears 23 (yz), 31 (zx) and 12 (xy).
 pub const NAMES: [&str; 9] = ["c12", "c13", "c21", "c23", "c31", "c32", "c44", "c55", "c66"];
-/// Largest exponent taken.
-pub const MAX_EXPONENT: f64 = 60.0;
-/// Principal values closer than this (relative) take the integral form of the divided difference.
-const CLOSE: f64 = 1e-3;
+/// Maximum exponent.
+pub const EXPONENT_MAX: f64 = 60.0;
+/// Relative distance of principal values below which the divided difference is integrated by Gauss quadrature.
+const COINCIDENCE_TOLERANCE: f64 = 1e-3;
 
 /// The yield function, scaled so that tension along the rolling direction gives the stress itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Yld2004 {
     exponent: f64,
-    /// `(a - 2) / 2` where that is a whole number: powers are products then.
+    /// `(a - 2) / 2` if it is an integer: powers are then products.
     half: Option<i32>,
     maps: [Mandel66; 2],
 }
 
-/// Numbers that are no yield surface.
+/// Parameters that define no valid yield surface.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("Yld2004-18p: {field} is {found}, must be {allowed}")]
 pub struct Yld2004Error {
-    /// Which number: `exponent`, a coefficient of `first` or `second`, or what they make.
+    /// `exponent`, a coefficient of `first` or `second`, or a quantity derived from them.
     pub field: String,
-    /// What was found.
+    /// Value found.
     pub found: f64,
-    /// What is allowed.
+    /// Allowed values.
     pub allowed: &'static str,
 }
 
@@ -58,11 +58,11 @@ pub struct Derivatives {
     pub hessian: Mandel66,
 }
 
-/// Both transformed stresses by their principal values and directions.
+/// Principal values and directions of both transformed stresses.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Principal([Eigen; 2]);
 
-/// `φ` and its derivatives by the transformed stresses `S` and `Z`, each in its eigenframe.
+/// `φ` and its derivatives with respect to the transformed stresses `S` and `Z`, each in its eigenframe.
 struct Phi {
     value: f64,
     /// `∂φ/∂s_i` and `∂φ/∂z_j`.
@@ -76,7 +76,7 @@ struct Phi {
 /// One transformed stress in its eigenframe.
 struct Frame {
     values: [f64; 3],
-    /// From stress to the eigenframe of the transformed stress.
+    /// Map from the stress to the eigenframe of the transformed stress.
     map: Mandel66,
 }
 
@@ -84,14 +84,14 @@ impl Yld2004 {
     /// The function with exponent `a` (8 for face-centred, 6 for body-centred cubic metals).
     ///
     /// # Errors
-    /// [`Yld2004Error`] when `a` is outside [2, 60], a coefficient is not finite, or some stress would
-    /// never yield (the surface is not closed).
+    /// [`Yld2004Error`] if `a` is outside [2, 60], a coefficient is not finite, or the surface is not closed (some
+    /// stress never yields).
     pub fn new(
         exponent: f64,
         first: &Coefficients,
         second: &Coefficients,
     ) -> Result<Self, Yld2004Error> {
-        if !(2.0..=MAX_EXPONENT).contains(&exponent) {
+        if !(2.0..=EXPONENT_MAX).contains(&exponent) {
             let field = "exponent".into();
             return Err(Yld2004Error { field, found: exponent, allowed: "in [2, 60]" });
         }
@@ -133,14 +133,16 @@ impl Yld2004 {
         Self::new(exponent, &[1.0; 9], &[1.0; 9])
     }
 
-    /// Whether both transformations are the deviator times a number: the same in all axes (to [`ISOTROPIC`]).
+    /// Whether both transformations are a multiple of the deviator, within [`ISOTROPY_TOLERANCE_REL`].
     #[must_use]
     pub fn is_isotropic(&self) -> bool {
         let deviator = transformation(&[1.0; 9]);
         self.maps.iter().all(|map| {
             let factor = map[3][3];
             let pairs = map.as_flattened().iter().zip(deviator.as_flattened());
-            pairs.into_iter().all(|(a, b)| (a - factor * b).abs() <= ISOTROPIC * factor.abs())
+            pairs
+                .into_iter()
+                .all(|(a, b)| (a - factor * b).abs() <= ISOTROPY_TOLERANCE_REL * factor.abs())
         })
     }
 
@@ -153,7 +155,7 @@ impl Yld2004 {
     /// Equivalent stress [MPa].
     #[must_use]
     pub fn equivalent(&self, t: &Mandel) -> f64 {
-        self.equivalent_of(&Principal(eigen_of_both(&self.transformed(t))))
+        self.equivalent_of(&Principal(eigen_pair(&self.transformed(t))))
     }
 
     /// Principal values and directions of the transformed stresses of the first `count` of eight points.
@@ -165,13 +167,13 @@ impl Yld2004 {
                     row.iter_mut().zip(of).for_each(|(sum, value)| *sum += factor * value);
                 }
             }
-            eigen_of_all(&transformed, count)
+            eigen_batch(&transformed, count)
         };
         let (one, two) = (of(&self.maps[0]), of(&self.maps[1]));
         std::array::from_fn(|k| Principal([one[k], two[k]]))
     }
 
-    /// [`Self::equivalent`] of a stress whose transformed ones are known; NaN where one of them is.
+    /// [`Self::equivalent`] from the principal values of the transformed stresses; NaN if one of them is NaN.
     pub(super) fn equivalent_of(&self, &Principal([(one, _), (two, _)]): &Principal) -> f64 {
         let largest = largest_difference(&one, &two);
         if largest == 0.0 {
@@ -190,17 +192,17 @@ impl Yld2004 {
     /// Value, gradient and Hessian; all zero at zero stress, and NaN at one that is NaN.
     #[must_use]
     pub fn derivatives(&self, t: &Mandel) -> Derivatives {
-        self.derivatives_of(&Principal(eigen_of_both(&self.transformed(t))))
+        self.derivatives_of(&Principal(eigen_pair(&self.transformed(t))))
     }
 
-    /// [`Self::derivatives`] at a stress whose transformed ones are known.
+    /// [`Self::derivatives`] from the principal values of the transformed stresses.
     pub(super) fn derivatives_of(&self, &Principal([first, second]): &Principal) -> Derivatives {
         let [one, two] = [Frame::new(&self.maps[0], first), Frame::new(&self.maps[1], second)];
         let largest = largest_difference(&one.values, &two.values);
         if largest == 0.0 {
             return Derivatives { value: 0.0, gradient: [0.0; 6], hessian: [[0.0; 6]; 6] };
         }
-        // Everything below is at the stress T / largest; the degree of each result puts it back.
+        // Computed at the stress T / largest; the degree of homogeneity of each result restores the scale.
         let a = self.exponent;
         let phi = self.phi(one.values.map(|x| x / largest), two.values.map(|x| x / largest));
         let value = (0.25 * phi.value).powf(1.0 / a);
@@ -226,24 +228,28 @@ impl Yld2004 {
     fn phi(&self, s: [f64; 3], z: [f64; 3]) -> Phi {
         let a = self.exponent;
         let mut value = 0.0;
-        let (mut apart, mut slope, mut mixed) = ([[0.0; 3]; 3], [[0.0; 3]; 3], [[0.0; 3]; 3]);
+        let (mut differences, mut slope, mut mixed) = ([[0.0; 3]; 3], [[0.0; 3]; 3], [[0.0; 3]; 3]);
         for i in 0..3 {
             for j in 0..3 {
                 let d = s[i] - z[j];
                 let power = self.power(d);
                 value += power * d * d;
-                apart[i][j] = d;
+                differences[i][j] = d;
                 slope[i][j] = a * power * d;
                 mixed[i][j] = a * (a - 1.0) * power;
             }
         }
-        let turned_slope = turned(&slope, -1.0);
+        let transposed_slope = scaled_transpose(&slope, -1.0);
         Phi {
             value,
-            gradients: [&slope, &turned_slope].map(|of| of.map(|row| row.iter().sum::<f64>())),
+            gradients: [&slope, &transposed_slope].map(|of| of.map(|row| row.iter().sum::<f64>())),
             hessians: [
-                self.eigenframe_hessian(&apart, &slope, &mixed),
-                self.eigenframe_hessian(&turned(&apart, -1.0), &turned_slope, &turned(&mixed, 1.0)),
+                self.eigenframe_hessian(&differences, &slope, &mixed),
+                self.eigenframe_hessian(
+                    &scaled_transpose(&differences, -1.0),
+                    &transposed_slope,
+                    &scaled_transpose(&mixed, 1.0),
+                ),
             ],
             mixed,
         }
@@ -262,12 +268,13 @@ impl Yld2004 {
         }
     }
 
-    /// The part of `∂²φ/∂S²` that is diagonal in the eigenframe of `S`: second derivatives with respect to
-    /// its principal values, then divided differences of the first ones for the turning of the frame. `apart`, `slope`
-    /// and `second`: differences of each principal value from those of the other stress, `h` and its derivative there.
+    /// Part of `∂²φ/∂S²` that is diagonal in the eigenframe of `S`: second derivatives with respect to its principal
+    /// values, and divided differences of the first derivatives for the rotation of the frame. `differences` are the
+    /// differences of each principal value from those of the other stress; `slope` and `second` are `h` and `h'`
+    /// there.
     fn eigenframe_hessian(
         &self,
-        apart: &[[f64; 3]; 3],
+        differences: &[[f64; 3]; 3],
         slope: &[[f64; 3]; 3],
         second: &[[f64; 3]; 3],
     ) -> [f64; 6] {
@@ -276,24 +283,26 @@ impl Yld2004 {
             if i == j {
                 return second[i].iter().sum();
             }
-            let of = |k: usize| [(apart[i][k], slope[i][k]), (apart[j][k], slope[j][k])];
+            let of =
+                |k: usize| [(differences[i][k], slope[i][k]), (differences[j][k], slope[j][k])];
             (0..3).map(|k| self.divided_difference(of(k))).sum()
         })
     }
 
-    /// `(h(x) - h(y)) / (x - y)` of `h(x) = a |x|^(a-2) x` from `(x, h(x))` and `(y, h(y))`, also for `x = y`.
+    /// `(h(x) - h(y)) / (x - y)` of `h(x) = a |x|^(a-2) x` from `(x, h(x))` and `(y, h(y))`, including the limit
+    /// `x = y`.
     fn divided_difference(&self, [(x, h_x), (y, h_y)]: [(f64, f64); 2]) -> f64 {
-        if (x - y).abs() > CLOSE {
+        if (x - y).abs() > COINCIDENCE_TOLERANCE {
             return (h_x - h_y) / (x - y);
         }
-        // The mean of h' between y and x by Gauss' rule with three points.
+        // Mean of h' between y and x by three-point Gauss quadrature.
         let a = self.exponent;
         let slope = |t: f64| a * (a - 1.0) * self.power(y + t * (x - y));
         let away = 0.5 * 0.6_f64.sqrt();
         (5.0 * slope(0.5 - away) + 8.0 * slope(0.5) + 5.0 * slope(0.5 + away)) / 18.0
     }
 
-    /// Smallest over largest eigenvalue of the quadratic form that vanishes exactly where `σ̄` does.
+    /// Smallest over largest eigenvalue of the quadratic form with the same null space as `σ̄`.
     fn closedness(&self) -> f64 {
         let mut form = nalgebra::SMatrix::<f64, 6, 6>::zeros();
         let trace = |map: &Mandel66, c: usize| map[0][c] + map[1][c] + map[2][c];
@@ -316,7 +325,7 @@ impl Yld2004 {
 }
 
 impl Phi {
-    /// Upper triangle of `∂²φ/∂T²`, with the maps from `T` to the two eigenframes; zero below it.
+    /// Upper triangle of `∂²φ/∂T²`, from the maps of `T` to the two eigenframes; zero below it.
     #[inline]
     fn hessian(&self, one: &Mandel66, two: &Mandel66) -> Mandel66 {
         let [d_s, d_z] = &self.hessians;
@@ -346,7 +355,7 @@ impl Frame {
         let mut out = [[0.0; 6]; 6];
         for (r, out) in out.iter_mut().enumerate() {
             for (c, out) in out.iter_mut().enumerate() {
-                // Transformations mix normal stresses with each other only.
+                // Transformations couple only normal stresses with each other.
                 let rows = if c < 3 { 0..3 } else { c..c + 1 };
                 *out = rows.map(|k| from_frame[k][r] * map[k][c]).sum();
             }
@@ -355,8 +364,8 @@ impl Frame {
     }
 }
 
-/// The transpose, times a number.
-fn turned(m: &[[f64; 3]; 3], by: f64) -> [[f64; 3]; 3] {
+/// Transpose times a number.
+fn scaled_transpose(m: &[[f64; 3]; 3], by: f64) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| by * m[j][i]))
 }
 

@@ -1,4 +1,4 @@
-//! Claims about the yield function; its return mapping is tested with the plastic law.
+//! Properties of the yield function; the return mapping is tested with the plastic law.
 
 use super::*;
 use crate::solver::material::card;
@@ -123,9 +123,9 @@ fn largest_gap(a: &[f64; 8], b: &[f64; 8]) -> f64 {
     a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
 }
 
-/// Barlat et al. (2005), 2090-T3. The published coefficients, evaluated by a script of its own (closed
-/// eigenvalues of the plane problem, differences for the normal), give the figures to every digit; what
-/// remains to the measured values is the residual of the published fit.
+/// Barlat et al. (2005), 2090-T3. An independent evaluation of the published coefficients (closed eigenvalues of the
+/// plane problem, difference quotients for the normal) gives the same digits. The remaining deviation from the
+/// measured values is the residual of the published fit.
 #[test]
 fn aa2090_t3_has_the_published_anisotropy() {
     let here = anisotropy(&sheet("aa2090-t3-barlat2005"));

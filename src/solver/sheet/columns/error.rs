@@ -1,6 +1,6 @@
-//! Why elements make no sheet.
+//! Errors in the connectivity of a sheet.
 
-/// Why elements make no sheet. Elements and nodes are counted from 0.
+/// Elements that do not form a sheet. Elements and nodes are numbered from 0.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SheetError {
@@ -12,22 +12,22 @@ pub enum SheetError {
         /// The third element.
         element: usize,
     },
-    /// Elements that do not hang together by faces or sides.
+    /// Elements that are not connected by faces or sides.
     #[error(
         "found {parts} parts, element {element} begins the second; allowed: one sheet, its elements joined by whole faces or sides"
     )]
     Parts {
         /// Number of parts.
         parts: usize,
-        /// An element of the second.
+        /// An element of the second part.
         element: usize,
     },
-    /// No direction runs through the thickness everywhere.
+    /// There is no consistent thickness direction.
     #[error(
         "found no direction that runs through all elements in layers; allowed: hexahedra swept through the thickness of a sheet"
     )]
     NoDirection,
-    /// Columns of different numbers of nodes.
+    /// Columns with different numbers of nodes.
     #[error(
         "found {found} nodes through the thickness at ({x}, {y}, {z}) mm and {others} elsewhere; allowed: the same number everywhere"
     )]
@@ -43,7 +43,7 @@ pub enum SheetError {
         /// Its lowest node [mm].
         z: f64,
     },
-    /// Elements that cannot be turned alike.
+    /// Elements that cannot be oriented consistently.
     #[error(
         "found element {element} turned both ways by its neighbours (a band with one side); allowed: a sheet with two sides"
     )]

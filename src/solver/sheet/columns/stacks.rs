@@ -1,8 +1,8 @@
-//! Hexahedra in stacks along one direction of each: their nodes in columns.
+//! Stacks of hexahedra along one direction of each, with their nodes in columns.
 
 use super::error::SheetError;
-use super::families::ACROSS;
-use super::turning::{looks_down, same_way_up};
+use super::families::FACES_BY_DIRECTION;
+use super::turning::{columns_to_reverse, points_down};
 use crate::geometry::Vec3;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
@@ -41,7 +41,7 @@ impl Stacks {
         Ok(Self { directions: directions.to_vec(), columns })
     }
 
-    /// Mean length of the columns, and mean height of it along z [mm].
+    /// Mean length of the columns, and mean of its component along z [mm].
     pub(super) fn measures(&self, points: &[Vec3]) -> [f64; 2] {
         let steps = self.columns.iter().flat_map(|c| c.windows(2));
         let sum = steps.fold([0.0; 2], |sum, w| {
@@ -51,23 +51,24 @@ impl Stacks {
         sum.map(|s| s / self.columns.len().max(1) as f64)
     }
 
-    /// Turns all columns the same way up, in the mean along z.
-    fn turn_up(&mut self, points: &[Vec3], elements: &[[u32; 8]]) -> Result<(), SheetError> {
+    /// Orients all columns consistently, upwards in the mean along z.
+    fn orient_columns(&mut self, points: &[Vec3], elements: &[[u32; 8]]) -> Result<(), SheetError> {
         let mut place = vec![(0u32, 0u32); points.len()];
         for (c, column) in self.columns.iter().enumerate() {
             column.iter().enumerate().for_each(|(l, &n)| place[n as usize] = (c as u32, l as u32));
         }
-        // Lower rings of the elements, as columns; columns of one element stand the same way up.
-        let ring = |e: usize| ACROSS[self.directions[e]][0].map(|k| elements[e][k]);
+        // Lower rings of the elements, as columns; columns of one element have the same orientation.
+        let ring = |e: usize| FACES_BY_DIRECTION[self.directions[e]][0].map(|k| elements[e][k]);
         let up = |e: usize, k: usize| {
             let d = self.directions[e];
-            let [a, b] = [0, 1].map(|side| place[elements[e][ACROSS[d][side][k]] as usize].1);
+            let [a, b] =
+                [0, 1].map(|side| place[elements[e][FACES_BY_DIRECTION[d][side][k]] as usize].1);
             b > a
         };
         let of_column = |e: usize| ring(e).map(|n| place[n as usize].0);
-        let turned = same_way_up(elements.len(), self.columns.len(), of_column, up)?;
-        for (column, turn) in self.columns.iter_mut().zip(turned) {
-            if turn {
+        let reverse = columns_to_reverse(elements.len(), self.columns.len(), of_column, up)?;
+        for (column, reverse) in self.columns.iter_mut().zip(reverse) {
+            if reverse {
                 column.reverse();
             }
         }
@@ -76,19 +77,19 @@ impl Stacks {
             .iter()
             .map(|c| points[c[c.len() - 1] as usize] - points[c[0] as usize])
             .sum();
-        if looks_down(&sum) {
+        if points_down(&sum) {
             self.columns.iter_mut().for_each(|c| c.reverse());
         }
         Ok(())
     }
 
-    /// The mesh, all columns the same way up.
+    /// The mesh with all columns oriented consistently.
     pub(super) fn mesh(
         mut self,
         points: &[Vec3],
         elements: &[[u32; 8]],
     ) -> Result<HexMesh, SheetError> {
-        self.turn_up(points, elements)?;
+        self.orient_columns(points, elements)?;
         let levels = self.columns.first().map_or(1, Vec::len);
         let mut number = vec![0u32; points.len()];
         let mut nodes = Vec::with_capacity(levels * self.columns.len());
@@ -102,23 +103,23 @@ impl Stacks {
     }
 }
 
-/// Nodes next to each other through the thickness.
+/// Adjacency of nodes through the thickness.
 struct Links {
-    /// Nodes of the elements, in the order of these.
+    /// Nodes of the elements, in element order.
     in_use: Vec<u32>,
-    /// One or two of each node in use.
+    /// One or two neighbours of each node in use.
     next: Vec<Vec<u32>>,
 }
 
 impl Links {
     /// # Errors
-    /// [`SheetError::Branches`] where a node has more than two.
+    /// [`SheetError::Branches`] if a node has more than two neighbours.
     fn new(nodes: usize, elements: &[[u32; 8]], directions: &[usize]) -> Result<Self, SheetError> {
         let mut next: Vec<Vec<u32>> = vec![Vec::new(); nodes];
         let mut in_use = Vec::new();
         let mut seen = vec![false; nodes];
         for (e, (nodes, &d)) in elements.iter().zip(directions).enumerate() {
-            for (low, high) in ACROSS[d][0].iter().zip(&ACROSS[d][1]) {
+            for (low, high) in FACES_BY_DIRECTION[d][0].iter().zip(&FACES_BY_DIRECTION[d][1]) {
                 let (a, b) = (nodes[*low], nodes[*high]);
                 for (from, to) in [(a, b), (b, a)] {
                     let next = &mut next[from as usize];
@@ -140,7 +141,7 @@ impl Links {
     }
 }
 
-/// The column that ends at `first`, from there on; its nodes are then `taken`.
+/// Nodes of the column that starts at the end node `first`; marks them as `taken`.
 fn column_from(first: u32, next: &[Vec<u32>], taken: &mut [bool]) -> Vec<u32> {
     let mut column = vec![first];
     taken[first as usize] = true;
@@ -155,7 +156,7 @@ fn column_from(first: u32, next: &[Vec<u32>], taken: &mut [bool]) -> Vec<u32> {
 
 /// The element with its lower ring first, counter-clockwise seen from the upper one.
 fn upright(nodes: &[Vec3], e: &[u32; 8], direction: usize) -> [u32; 8] {
-    let [mut low, mut high] = ACROSS[direction].map(|face| face.map(|k| e[k]));
+    let [mut low, mut high] = FACES_BY_DIRECTION[direction].map(|face| face.map(|k| e[k]));
     if low[0] > high[0] {
         std::mem::swap(&mut low, &mut high);
     }

@@ -1,12 +1,12 @@
-//! Sheets as strangers would write them.
+//! Sheets in the form of foreign meshes.
 
 use super::turning::reversed;
 use super::*;
 use crate::solver::sheet::hex_mesh::{quarter_disc, rectangle, thickened};
 
-/// The mesh as a stranger would write it: nodes in another order, elements turned every way.
+/// A mesh with permuted nodes and arbitrarily rotated elements, as other programs write it.
 fn foreign(mesh: &HexMesh) -> (Vec<Vec3>, Vec<[u32; 8]>) {
-    // All 24 turns come from these two: about the third direction, and the first to the third.
+    // These two generate all 24 rotations: about the third direction, and the first to the third.
     let spin = |e: [u32; 8]| [e[1], e[2], e[3], e[0], e[5], e[6], e[7], e[4]];
     let tip = |e: [u32; 8]| [e[4], e[5], e[1], e[0], e[7], e[6], e[2], e[3]];
     let count = mesh.nodes.len() as u32;
@@ -24,7 +24,7 @@ fn foreign(mesh: &HexMesh) -> (Vec<Vec3>, Vec<[u32; 8]>) {
     (points, mesh.elements.iter().enumerate().map(turned).collect())
 }
 
-/// Elements as sets of places, and whether each is upright.
+/// Elements as sets of positions, and whether each is upright.
 fn same_sheet(a: &HexMesh, b: &HexMesh) {
     assert_eq!((a.nodes.len(), a.nodes_per_column), (b.nodes.len(), b.nodes_per_column));
     let column = |m: &HexMesh, c: usize| {
@@ -35,7 +35,7 @@ fn same_sheet(a: &HexMesh, b: &HexMesh) {
         assert!((0..b.column_count()).any(|k| column(b, k) == own), "column {c}");
     }
     let bottom = |m: &HexMesh, e: &[u32; 8]| {
-        // From the smallest corner on: the ring is the same whichever corner began.
+        // Starting at the smallest corner, so that the ring does not depend on the first corner.
         let ring = [0, 1, 2, 3].map(|k| m.nodes[e[k] as usize]);
         let key = |x: &Vec3| (x.x, x.y, x.z);
         let first = (0..4).min_by(|&i, &j| key(&ring[i]).partial_cmp(&key(&ring[j])).unwrap());
@@ -52,7 +52,7 @@ fn same_sheet(a: &HexMesh, b: &HexMesh) {
 fn a_sheet_comes_back_from_any_numbering_and_turning() {
     let (points, quads) = quarter_disc(10.0, 3, 4);
     let disc = thickened(&points, &quads, 0.5, 2);
-    // Elements smaller in plan than through the thickness do not mislead.
+    // Elements smaller in plan than through the thickness are handled correctly.
     let fine = thickened(&points, &quads, 3.0, 1);
     for mesh in [rectangle(8.0, 5.0, 0.8, 5, 3, 2), disc, fine, rectangle(4.0, 2.0, 1.5, 4, 8, 1)] {
         let (points, elements) = foreign(&mesh);
@@ -63,7 +63,7 @@ fn a_sheet_comes_back_from_any_numbering_and_turning() {
             .map(|e| [e[4], e[7], e[6], e[5], e[0], e[3], e[2], e[1]])
             .collect();
         same_sheet(&mesh, &from_hexahedra(&mesh.nodes, &upside, true, None).unwrap());
-        // Inside out, as a mirrored file has them.
+        // Inverted, as in a mirrored file.
         let mirrored: Vec<[u32; 8]> =
             mesh.elements.iter().map(|e| [4, 5, 6, 7, 0, 1, 2, 3].map(|k| e[k])).collect();
         same_sheet(&mesh, &from_hexahedra(&mesh.nodes, &mirrored, true, None).unwrap());
@@ -94,7 +94,7 @@ fn what_is_no_sheet_says_why() {
     let mut flat = mesh.elements.clone();
     flat[2][1] = flat[2][0];
     assert_eq!(found(&flat), SheetError::Degenerate { element: 2 });
-    // A step: two layers here, one there.
+    // A step: two layers on one side, one on the other.
     let stairs = rectangle(4.0, 4.0, 2.0, 2, 2, 2);
     let kept: Vec<[u32; 8]> = stairs.elements[..7].to_vec();
     let error = from_hexahedra(&stairs.nodes, &kept, true, None).unwrap_err();
@@ -121,9 +121,9 @@ fn quads_are_turned_towards_z_and_a_moebius_band_is_refused() {
     assert_eq!(apart, SheetError::Parts { parts: 2, element: 1 });
 }
 
-/// A slice as wide as half its thickness: its shortest columns run across it.
+/// A slice half as wide as it is thick: its shortest columns run across it.
 #[test]
-fn the_thickness_tells_which_way_it_runs() {
+fn the_given_thickness_selects_the_direction() {
     let slice = rectangle(10.0, 0.5, 1.0, 10, 1, 1);
     let found = |thickness| {
         from_hexahedra(&slice.nodes, &slice.elements, false, thickness).unwrap().mean_thickness()

@@ -1,12 +1,12 @@
-//! Columns and quadrilaterals turned the same way.
+//! Consistent orientation of columns and quadrilaterals.
 
 use rustc_hash::FxHashMap;
 
 use super::error::SheetError;
-use super::families::{all_different, one_part};
+use super::families::{all_different, check_connected};
 use crate::geometry::Vec3;
 
-pub(super) fn looks_down(up: &Vec3) -> bool {
+pub(super) fn points_down(up: &Vec3) -> bool {
     let upright = up.z.abs() <= 0.01 * up.norm();
     let decisive = if !upright {
         up.z
@@ -18,9 +18,9 @@ pub(super) fn looks_down(up: &Vec3) -> bool {
     decisive < 0.0
 }
 
-/// Which columns have to be turned so that those of every element stand the same way up. `up(e, k)`: whether column k
-/// of element e runs from its first ring to its second.
-pub(super) fn same_way_up(
+/// Columns to be reversed so that the four columns of every element have the same orientation. `up(e, k)`: whether
+/// column k of element e runs from its first ring to its second.
+pub(super) fn columns_to_reverse(
     elements: usize,
     columns: usize,
     of_column: impl Fn(usize) -> [u32; 4],
@@ -36,19 +36,22 @@ pub(super) fn same_way_up(
             links[ids[next] as usize].push((ids[k], differ));
         }
     }
-    let turned = walk(columns, |column| links[column].iter().copied());
+    let reverse = propagate_orientation(columns, |column| links[column].iter().copied());
     for e in 0..elements {
         let ids = of_column(e);
-        let way = |k: usize| up(e, k) ^ turned[ids[k] as usize];
-        if (1..4).any(|k| way(k) != way(0)) {
+        let orientation = |k: usize| up(e, k) ^ reverse[ids[k] as usize];
+        if (1..4).any(|k| orientation(k) != orientation(0)) {
             return Err(SheetError::OneSided { element: e });
         }
     }
-    Ok(turned)
+    Ok(reverse)
 }
 
-/// Marks so that linked items differ where the link says so, as far as that can be.
-fn walk<I: Iterator<Item = (u32, bool)>>(count: usize, links: impl Fn(usize) -> I) -> Vec<bool> {
+/// Marks items so that linked items differ where the link requires it, as far as possible.
+fn propagate_orientation<I: Iterator<Item = (u32, bool)>>(
+    count: usize,
+    links: impl Fn(usize) -> I,
+) -> Vec<bool> {
     let mut mark = vec![false; count];
     let mut seen = vec![false; count];
     let mut todo = Vec::new();
@@ -70,30 +73,30 @@ fn walk<I: Iterator<Item = (u32, bool)>>(count: usize, links: impl Fn(usize) -> 
     mark
 }
 
-/// What is across the four sides of each quadrilateral: another one, and whether it turns the other way.
+/// Neighbours across the four sides of each quadrilateral, and whether they have the opposite orientation.
 struct Neighbours(Vec<[u32; 4]>);
 
 impl Neighbours {
-    /// A side without another quadrilateral.
-    const NONE: u32 = u32::MAX;
+    /// A side without neighbour.
+    const NO_NEIGHBOUR: u32 = u32::MAX;
 
     fn of(quads: &[[u32; 4]]) -> Result<Self, SheetError> {
-        // Of each side the quadrilateral that has it and which of its sides that is, until another one has been found.
-        let mut open: FxHashMap<[u32; 2], u32> = FxHashMap::default();
-        open.reserve(2 * quads.len());
-        let mut across = vec![[Self::NONE; 4]; quads.len()];
+        // For each side its first quadrilateral and local side, until the second one is found.
+        let mut unmatched: FxHashMap<[u32; 2], u32> = FxHashMap::default();
+        unmatched.reserve(2 * quads.len());
+        let mut across = vec![[Self::NO_NEIGHBOUR; 4]; quads.len()];
         for (e, q) in quads.iter().enumerate() {
             for k in 0..4 {
                 let [a, b] = side(q, k);
-                let Some(first) = open.get_mut(&[a.min(b), a.max(b)]) else {
-                    open.insert([a.min(b), a.max(b)], (4 * e + k) as u32);
+                let Some(first) = unmatched.get_mut(&[a.min(b), a.max(b)]) else {
+                    unmatched.insert([a.min(b), a.max(b)], (4 * e + k) as u32);
                     continue;
                 };
-                let known = std::mem::replace(first, Self::NONE);
-                if known == Self::NONE {
+                let first_side = std::mem::replace(first, Self::NO_NEIGHBOUR);
+                if first_side == Self::NO_NEIGHBOUR {
                     return Err(SheetError::Branches { element: e });
                 }
-                let (other, l) = (known as usize / 4, known as usize % 4);
+                let (other, l) = (first_side as usize / 4, first_side as usize % 4);
                 let differ = u32::from(side(&quads[other], l) == [a, b]);
                 across[e][k] = 2 * other as u32 + differ;
                 across[other][l] = 2 * e as u32 + differ;
@@ -103,7 +106,7 @@ impl Neighbours {
     }
 
     fn of_element(&self, e: usize) -> impl Iterator<Item = (u32, bool)> {
-        let there = self.0[e].into_iter().filter(|code| *code != Self::NONE);
+        let there = self.0[e].into_iter().filter(|code| *code != Self::NO_NEIGHBOUR);
         there.map(|code| (code / 2, code % 2 == 1))
     }
 }
@@ -112,8 +115,8 @@ fn side(quad: &[u32; 4], k: usize) -> [u32; 2] {
     [quad[k], quad[(k + 1) % 4]]
 }
 
-/// Quadrilaterals all turned one way: counter-clockwise seen from +z or, of a sheet that stands upright, from its
-/// larger of +x and +y.
+/// Orients quadrilaterals consistently: counter-clockwise seen from +z or, for a vertical sheet, from the larger of
+/// +x and +y.
 ///
 /// # Errors
 /// [`SheetError`].
@@ -123,22 +126,22 @@ pub fn oriented(points: &[Vec3], quads: &[[u32; 4]]) -> Result<Vec<[u32; 4]>, Sh
     }
     let neighbours = Neighbours::of(quads)?;
     let pairs = |e: usize| neighbours.of_element(e).map(move |(other, _)| [e, other as usize]);
-    one_part(quads.len(), (0..quads.len()).flat_map(pairs))?;
-    let turned = walk(quads.len(), |e| neighbours.of_element(e));
-    let torn = |e: usize| {
-        neighbours.of_element(e).any(|(o, differ)| turned[e] ^ turned[o as usize] != differ)
+    check_connected(quads.len(), (0..quads.len()).flat_map(pairs))?;
+    let reverse = propagate_orientation(quads.len(), |e| neighbours.of_element(e));
+    let inconsistent = |e: usize| {
+        neighbours.of_element(e).any(|(o, differ)| reverse[e] ^ reverse[o as usize] != differ)
     };
-    if let Some(element) = (0..quads.len()).find(|&e| torn(e)) {
+    if let Some(element) = (0..quads.len()).find(|&e| inconsistent(e)) {
         return Err(SheetError::OneSided { element });
     }
-    let turn = |(q, &turn): (&[u32; 4], &bool)| if turn { reversed(q) } else { *q };
-    let quads: Vec<[u32; 4]> = quads.iter().zip(&turned).map(turn).collect();
+    let orient = |(q, &reverse): (&[u32; 4], &bool)| if reverse { reversed(q) } else { *q };
+    let quads: Vec<[u32; 4]> = quads.iter().zip(&reverse).map(orient).collect();
     let area = |q: &[u32; 4]| {
         let [a, b, c, d] = q.map(|n| points[n as usize]);
         (c - a).cross(&(d - b))
     };
     let sum: Vec3 = quads.iter().map(area).sum();
-    Ok(if looks_down(&sum) { quads.iter().map(reversed).collect() } else { quads })
+    Ok(if points_down(&sum) { quads.iter().map(reversed).collect() } else { quads })
 }
 
 pub(super) fn reversed(quad: &[u32; 4]) -> [u32; 4] {

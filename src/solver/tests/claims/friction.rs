@@ -1,4 +1,4 @@
-//! Coulomb's law on whole bodies: incline and capstan.
+//! Coulomb's law on complete bodies: incline and capstan.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use crate::solver::{
 };
 use crate::tool::ToolModel;
 
-/// NAFEMS CGS-4 turned round: the incline is drawn under a block that is held, F/G at sliding.
+/// NAFEMS CGS-4 inverted: the incline is drawn under a block that is held; F/G at sliding.
 #[test]
 fn force_to_slide_up_an_incline() {
     let (slope, mu) = (0.1, 0.3);
@@ -54,7 +54,7 @@ fn force_to_slide_up_an_incline() {
     assert!((forces[1].z + 100.0).abs() < 1e-6 && (forces[0].z - 100.0).abs() < 1e-6);
 }
 
-/// A block on a flat bed: its lower face is pressed down and its upper face drawn along with `ratio` times that force.
+/// A block on a flat bed: its lower face is pressed down and its upper face drawn with `ratio` times that force.
 fn drawn_block(mu: f64, ratio: f64) -> SimulationSetup {
     let (nx, ny, nz) = (4, 2, 2);
     let mesh = rectangle(8.0, 4.0, 2.0, nx, ny, nz);
@@ -72,9 +72,9 @@ fn drawn_block(mu: f64, ratio: f64) -> SimulationSetup {
     SimulationSetup { loads, ..setup(body(mesh, steel()), constraints, tools, vec![stage]) }
 }
 
-/// Drawn with a ten-thousandth less than friction can hold the block stays; with as much more it goes.
+/// Drawn with 1e-4 less than the friction limit the block sticks; with 1e-4 more it slides.
 #[test]
-fn a_block_stays_below_and_goes_above_the_limit_of_friction() {
+fn a_block_sticks_below_and_slides_above_the_friction_limit() {
     for mu in [0.1, 0.5] {
         let run = |ratio: f64| {
             let mut sim = Simulation::new(drawn_block(mu, ratio)).unwrap();
@@ -89,14 +89,15 @@ fn a_block_stays_below_and_goes_above_the_limit_of_friction() {
     }
 }
 
-/// With a transition between stick and slip, a block that friction holds gives by as much in many increments as in few.
+/// With a transition between stick and slip, the displacement of a sticking block does not depend on the number of
+/// increments.
 #[test]
 fn a_block_that_sticks_does_not_creep_from_increment_to_increment() {
     let (mu, transition) = (0.3, 1e-3);
     let run = |increments: f64| {
         let mut scene = drawn_block(mu, 0.7 * mu);
         scene.limits.friction_transition = transition;
-        // Drawn in the first half, then held there.
+        // Drawn in the first half, then held with constant force.
         let ramp = |share: f64| (share, (2.0 * share).min(1.0));
         scene.stages[0].load = Curve::new(vec![ramp(0.0), ramp(0.5), ramp(1.0)]);
         scene.stages[0].first_step = 1.0 / increments;
@@ -107,8 +108,8 @@ fn a_block_that_sticks_does_not_creep_from_increment_to_increment() {
         low.iter().map(|&n| sim.displacements()[3 * n as usize]).sum::<f64>() / low.len() as f64
     };
     let (few, many) = (run(4.0), run(40.0));
-    // A share of the transition, which is one of the edge of 2 mm, of a force that is Coulomb's at five transitions; found 2e-4 more
-    // (the block's own shear) and 1e-14.
+    // A fraction of the transition (relative to the edge of 2 mm) for a force that reaches the Coulomb limit at five
+    // transitions; the observed excess is 2e-4 (shear of the block) and 1e-14.
     let share = 0.7 * 5.0 / 26.0_f64.sqrt();
     let expected = 2.0 * transition * share / (1.0 - share * share).sqrt();
     assert!((few / expected - 1.0).abs() < 1e-3, "{few} {expected}");
@@ -130,7 +131,7 @@ fn cylinder(patches: usize) -> ToolModel {
         .build()
 }
 
-/// A strip laid over the cylinder, `cells` elements over 180 degrees and two straight ends hanging down.
+/// A strip laid over the cylinder, `cells` elements over 180 degrees and two straight vertical ends.
 fn strip(cells: usize, thickness: f64, inner: f64) -> HexMesh {
     let ends = 6;
     let edge = PI * inner / cells as f64;
@@ -174,10 +175,10 @@ fn capstan(mu: f64, patches: usize) -> f64 {
     pull / (forces[0].z - pull)
 }
 
-/// `F2 / F1 = exp(mu theta)` within 1 %; friction acts at the inner face and the tension half a thickness further out:
-/// with `theta R / (R + t/2)` the ratio is right to 3e-4, of as few as 12 patches too.
+/// `F2 / F1 = exp(mu theta)` within 1 %. Friction acts at the inner face and the tension half a thickness further
+/// out: with `theta R / (R + t/2)` the ratio is accurate to 3e-4, even with 12 patches.
 #[test]
-fn a_strip_over_a_cylinder_is_held_as_by_a_capstan() {
+fn a_strip_over_a_cylinder_obeys_the_capstan_equation() {
     for (mu, patches) in [(0.1, 40), (0.3, 40), (0.3, 12)] {
         let (ratio, exact) = (capstan(mu, patches), (mu * PI).exp());
         println!("capstan {mu} {patches}: {ratio} against {exact} ({:+.5})", ratio / exact - 1.0);

@@ -1,4 +1,4 @@
-//! Ironing: a rigid cylinder of Nagata patches pressed into an elastic slab, which is then drawn along under it.
+//! Ironing: a rigid cylinder of Nagata patches pressed into an elastic slab, which is then drawn under it.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use crate::solver::report::Energies;
 use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation};
 
-/// Forces of the cylinder on the slab (x, z) after each increment of the drawing, and the energies at the end.
+/// Forces of the cylinder on the slab (x, z) after each increment of the drawing, and the final energies.
 fn iron(mu: f64) -> (Vec<[f64; 2]>, Energies) {
     let (length, height, edge, radius) = (8.0, 2.0, 0.1, 3.0);
     let mut mesh = rectangle(length, edge, height, (length / edge) as usize, 1, 8);
@@ -48,8 +48,8 @@ fn iron(mu: f64) -> (Vec<[f64; 2]>, Energies) {
     (forces, energies)
 }
 
-/// The force along is Coulomb's share of the force down to 1 % of the latter (the contact leans a little, and nodes
-/// enter and leave it), the force down is steady to 1 %, and no work is lost.
+/// The tangential force is the Coulomb fraction of the normal force to 1 % of the latter (the contact is slightly
+/// inclined, and nodes enter and leave it). The normal force is constant to 1 %, and energy is conserved.
 #[test]
 fn a_roll_irons_a_slab_with_a_steady_force() {
     for mu in [0.0, 0.3] {

@@ -1,4 +1,4 @@
-//! Closed forms: Hertz, friction, a uniform state through contact, ironing, springback.
+//! Closed-form solutions: Hertz, friction, contact patch test, ironing, springback.
 
 mod friction;
 mod hertz;

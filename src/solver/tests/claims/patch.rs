@@ -1,4 +1,4 @@
-//! A uniform state passes through contact.
+//! Contact patch test: transmission of a uniform stress state.
 
 use super::{body, setup, square, stage, steel, tool};
 use crate::geometry::{Mat3, Vec3};
@@ -8,7 +8,7 @@ use crate::solver::numbers::tensor;
 use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
 use crate::solver::{Constraints, Control, Curve, Motion, SheetSide, Simulation, ToolSetup};
 
-/// A block of distorted elements whose faces are flat.
+/// A block of distorted elements with flat faces.
 fn distorted() -> HexMesh {
     let mut mesh = rectangle(6.0, 4.0, 2.0, 3, 2, 2);
     for x in &mut mesh.nodes {
@@ -57,10 +57,10 @@ fn pressed_by(
 }
 
 #[test]
-fn a_uniform_state_passes_through_contact() {
+fn contact_transmits_a_uniform_state() {
     let mesh = distorted();
     let sim = pressed(&mesh, Motion::Travel(Curve::ramp(0.0, 0.02)));
-    // Uniaxial logarithmic strain: the others follow by Poisson's ratio.
+    // Uniaxial logarithmic strain: the others follow from Poisson's ratio.
     let axial = (1.98_f64 / 2.0).ln();
     let (across, along) = ((-0.3 * axial).exp() - 1.0, axial.exp() - 1.0);
     for (x, u) in mesh.nodes.iter().zip(sim.displacements().chunks_exact(3)) {
@@ -106,7 +106,7 @@ fn cauchy(f: &Mat3) -> Mat3 {
     f * tensor::to_matrix(&out.stress) * f.transpose() / f.determinant()
 }
 
-/// Pressed by a force: the stress is that force over the area now, the same everywhere to 1e-10.
+/// Pressed by a force: the stress is the force over the current area, uniform to 1e-10.
 #[test]
 fn a_flat_press_makes_a_uniform_pressure_on_a_distorted_mesh() {
     let mesh = distorted();
@@ -127,10 +127,10 @@ fn a_flat_press_makes_a_uniform_pressure_on_a_distorted_mesh() {
     assert!(worst < 1e-10, "{worst:e}");
 }
 
-/// A bed that rises against a sprung press: the spring's force is that of the block compressed by what the bed rises and
-/// the press does not give way. Of one quarter, the spring is that of the whole.
+/// A bed that rises against a press on a spring. The spring force is that of the block compressed by the difference
+/// of both travels. For a quarter model the spring is that of the complete process.
 #[test]
-fn a_block_between_a_tool_that_moves_and_a_sprung_one_finds_its_balance() {
+fn a_block_between_a_moving_and_a_sprung_tool_is_in_equilibrium() {
     const RISE: f64 = 0.3;
     let mesh = distorted();
     for (stiffness, preload, share) in

@@ -1,4 +1,5 @@
-//! Springback of a bend: `1/R - 1/R' = 12 M (1 - nu^2) / (E t^3)` for a strip in plane strain; the moment of a sharp one.
+//! Springback of a bend: `1/R - 1/R' = 12 M (1 - nu^2) / (E t^3)` for a strip in plane strain; moment of a sharp
+//! bend.
 
 use std::sync::Arc;
 
@@ -16,8 +17,9 @@ use crate::solver::{Constraints, Control, Curve, IncrementReport, Simulation, Si
 const YOUNG: f64 = 210_000.0;
 const POISSON: f64 = 0.3;
 
-/// A strip of unit width and thickness, symmetric about x = 0, `length` [mm] with so many cells, bent by a couple of `force`
-/// on the nodes of its end, then let go. Moment and curvature of the bent strip, curvature of the strip let go.
+/// A strip of unit width and thickness, symmetric about x = 0, `length` [mm] with the given number of cells, bent by
+/// a couple of `force` on the nodes of its end, then released. Moment and curvature of the bent strip, curvature
+/// after release.
 fn bend(
     (kind, layers): (ElementKind, usize),
     (length, cells): (f64, usize),
@@ -87,7 +89,7 @@ fn shell(points: u8) -> ElementKind {
     ElementKind::SolidShell { points, membrane: true }
 }
 
-/// Moment of a strip of unit width and thickness in plane strain, its fibres stretched by `ln (1 + k z)` and nothing else.
+/// Moment of a strip of unit width and thickness in plane strain with fibre strain `ln (1 + k z)` only.
 fn moment_of_fibres(curvature: f64) -> f64 {
     const FIBRES: usize = 2000;
     let width = 2.0 / 3.0_f64.sqrt();
@@ -104,8 +106,8 @@ fn moment_of_fibres(curvature: f64) -> f64 {
     (0..FIBRES).map(|k| stress(place(k)) * place(k).abs() / FIBRES as f64).sum()
 }
 
-/// Bent to a radius of few thicknesses the sheet thins outside and thickens inside by the square of the height too; a thickness
-/// strain that could not made it 5 to 28 % too stiff at 9 to 5.6 thicknesses.
+/// In bending to a radius of few thicknesses the thickness strain varies with the square of the height. Without this
+/// term the strip is 5 to 28 % too stiff at 9 to 5.6 thicknesses.
 #[test]
 fn a_sharp_bend_has_the_moment_of_its_fibres() {
     for ((kind, layers), force) in [
@@ -132,7 +134,7 @@ fn a_bend_springs_back_by_its_moment_over_its_stiffness() {
         let exact = 12.0 * moment * (1.0 - POISSON * POISSON) / YOUNG;
         let error = (bent - left) / exact - 1.0;
         println!("{kind:?}: M {moment:.3}, k {bent:.5} to {left:.5}, springback {error:+.5}");
-        // Bent to 60 thicknesses, far into plasticity: most of the bend stays.
+        // Bent to 60 thicknesses, far into plasticity: most of the curvature remains.
         assert!(bent > 0.014 && left > 0.8 * bent, "{kind:?}: {bent} {left}");
         assert!(error.abs() < 1e-3, "{kind:?}: {error}");
     }

@@ -1,4 +1,4 @@
-//! Contact by springs, penalty and augmented, against exact contact.
+//! Contact by springs (penalty and augmented Lagrangian) compared with exact contact.
 
 use super::{body, setup, square, stage, steel, tool};
 use crate::geometry::Vec3;
@@ -7,7 +7,8 @@ use crate::solver::{
     Constraints, ContactMethod, Control, Curve, IncrementReport, Motion, SheetSide, Simulation,
 };
 
-/// Force of the press on a block pressed by 0.02 mm between a bed and a press, iterations, deepest and shallowest node.
+/// Force of the press on a block pressed by 0.02 mm between a bed and a press, iterations, largest and smallest
+/// penetration of a node.
 fn pressed(contact: ContactMethod) -> (f64, usize, [f64; 2]) {
     let mesh = rectangle(6.0, 4.0, 2.0, 3, 2, 2);
     let mut constraints = Constraints::none(mesh.nodes.len());
@@ -45,14 +46,14 @@ fn pressed(contact: ContactMethod) -> (f64, usize, [f64; 2]) {
 }
 
 #[test]
-fn a_penalty_errs_with_one_over_its_stiffness_and_an_augmented_one_not_at_all() {
+fn the_penalty_error_is_inverse_to_its_stiffness_and_vanishes_with_augmentation() {
     let (exact, few, _) = pressed(ContactMethod::Exact);
     let [soft, hard] = [20.0, 200.0].map(|stiffness| pressed(ContactMethod::Penalty { stiffness }));
     let (error, smaller) = (1.0 - soft.0 / exact, 1.0 - hard.0 / exact);
     assert!(error > 1e-3 && soft.2[1] < 0.0, "{error} {:?}", soft.2);
     assert!((8.0..12.0).contains(&(error / smaller)), "{error} {smaller}");
     let (force, many, gaps) = pressed(ContactMethod::Augmented { stiffness: 20.0 });
-    // The gaps that it may leave, over the 0.02 mm that the press moves.
+    // Gap tolerance over the 0.02 mm travel of the press.
     assert!((force / exact - 1.0).abs() < 1e-4, "{force} {exact}");
     assert!(gaps.iter().all(|gap| gap.abs() <= 2e-6), "{gaps:?}");
     assert!(

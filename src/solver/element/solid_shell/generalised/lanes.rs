@@ -1,15 +1,15 @@
-//! Generalised strains of points side by side.
+//! Generalised strains and stresses of points in SIMD lanes.
 
 use pulp::Simd;
 
 use super::GENERALISED;
 use crate::solver::numbers::lanes::Lane;
 
-/// Natural components in the plane, each with its first generalised one; and those across.
+/// In-plane natural components, each with its first generalised component; then the transverse components.
 const IN_PLANE: [(usize, usize); 3] = [(0, 0), (1, 1), (3, 2)];
 const ACROSS: [(usize, usize); 3] = [(2, 9), (4, 10), (5, 11)];
 
-/// Powers of `ζ`, from the first on.
+/// Powers `ζ` to `ζ⁴`.
 pub(in super::super) struct Powers<S: Simd>([Lane<S>; 4]);
 
 impl<S: Simd> Powers<S> {
@@ -19,7 +19,7 @@ impl<S: Simd> Powers<S> {
         Self([zeta, square, square * zeta, square * square])
     }
 
-    /// The sums over the points of `value`, and of it times the powers.
+    /// Sums over the points of `value` and of its products with the powers of ζ.
     #[inline(always)]
     fn moments<const N: usize>(&self, value: Lane<S>) -> [f64; N] {
         let mut out = [value.sum(); N];
@@ -30,7 +30,7 @@ impl<S: Simd> Powers<S> {
     }
 }
 
-/// Natural strain at heights `zeta` from the generalised one, Mandel order.
+/// Natural strain at heights `zeta` from the generalised strain, in Mandel order.
 #[inline(always)]
 pub(in super::super) fn natural<S: Simd>(
     simd: S,
@@ -49,7 +49,7 @@ pub(in super::super) fn natural<S: Simd>(
     out
 }
 
-/// The transpose of [`natural`]: adds natural stresses to the generalised one.
+/// Transpose of [`natural`]: adds natural stresses to the generalised stress.
 #[inline(always)]
 pub(in super::super) fn add_generalised<S: Simd>(
     s: &[Lane<S>; 6],
@@ -66,7 +66,7 @@ pub(in super::super) fn add_generalised<S: Simd>(
     }
 }
 
-/// Adds `Φᵀ D Φ` of points, `Φ` being [`natural`].
+/// Adds `Φᵀ D Φ` of the points; `Φ` is [`natural`].
 #[inline(always)]
 pub(in super::super) fn add_generalised_stiffness<S: Simd>(
     d: &[[Lane<S>; 6]; 6],

@@ -1,4 +1,5 @@
-//! Generalised strains `[m, k, q, E_33, E_23, E_31]` at a point of the mid surface: `E = m + ζ k + ζ² q` in the plane.
+//! Generalised strains `[m, k, q, E_33, E_23, E_31]` at a point of the mid-surface; in the plane
+//! `E = m + ζ k + ζ² q`.
 
 pub(super) mod lanes;
 
@@ -10,10 +11,10 @@ use super::shape::Moved;
 use crate::geometry::Vec3;
 use crate::solver::element::DOFS;
 
-/// Generalised strains at a point of the mid surface.
+/// Number of generalised strains at a point of the mid-surface.
 pub(super) const GENERALISED: usize = 12;
 
-/// Sampling points of `E_31` (by ξ at η = ∓1) and `E_23` (by η at ξ = ∓1) with their weights at `(ξ, η)`.
+/// Sampling points of `E_31` (at η = ∓1) and `E_23` (at ξ = ∓1) with their weights at `(ξ, η)`.
 fn shear_samples(xi: f64, eta: f64) -> [(Plane, bool, f64); 4] {
     [
         (Plane::at(0.0, -1.0), true, 0.5 * (1.0 - eta)),
@@ -23,12 +24,12 @@ fn shear_samples(xi: f64, eta: f64) -> [(Plane, bool, f64); 4] {
     ]
 }
 
-/// Generalised products `½ g_i·g_j` of one configuration, whose fibres are turned by `turned`; strains are differences of
-/// two of these.
+/// Generalised products `½ g_i·g_j` of one configuration; `correction` is `F_1, F_2` of its rotated fibres.
+/// Strains are differences of two configurations.
 pub(super) fn products(
     pairs: &Pairs,
     in_plane: &InPlane,
-    turned: &[f64; 2],
+    correction: &[f64; 2],
     (xi, eta): (f64, f64),
 ) -> [f64; GENERALISED] {
     let plane = Plane::at(xi, eta);
@@ -38,7 +39,7 @@ pub(super) fn products(
     let mut p = [0.0; GENERALISED];
     let (c1, c2) = in_plane::tangents(pairs);
     let mut own = [0.5 * a1.dot(&a1), 0.5 * a2.dot(&a2), r * a1.dot(&a2)];
-    (0..2).for_each(|f| own[f] -= in_plane.turned[f] * turned[f]);
+    (0..2).for_each(|f| own[f] -= in_plane.correction[f] * correction[f]);
     p[..3].copy_from_slice(&in_plane.assumed(&own, r * c1.dot(&c2)));
     p[3..6].copy_from_slice(&[a1.dot(&d1), a2.dot(&d2), r * (a1.dot(&d2) + a2.dot(&d1))]);
     p[6..9].copy_from_slice(&[0.5 * d1.dot(&d1), 0.5 * d2.dot(&d2), r * d1.dot(&d2)]);
@@ -50,7 +51,7 @@ pub(super) fn products(
     p
 }
 
-/// Derivatives of [`products`] by the nodal displacements.
+/// Derivatives of [`products`] with respect to the nodal displacements.
 pub(super) fn derivatives(
     moved: &Moved,
     in_plane: &InPlane,
@@ -67,48 +68,64 @@ pub(super) fn derivatives(
     let ((c1, c2), middle) = (in_plane::tangents(pairs), Plane::at(0.0, 0.0));
     for k in 0..4 {
         let mut own = [a1 * n1[k], a2 * n2[k], (a2 * n1[k] + a1 * n2[k]) * r];
-        (0..2).for_each(|f| own[f] -= fibres.gradient[f][k] * in_plane.turned[f]);
+        (0..2).for_each(|f| own[f] -= fibres.gradient[f][k] * in_plane.correction[f]);
         let centre = (c2 * middle.by_xi[k] + c1 * middle.by_eta[k]) * r;
         for (row, by) in in_plane.assumed(&own, centre).into_iter().enumerate() {
-            put(&mut b, row, k, by, none);
+            scatter_derivative(&mut b, row, k, by, none);
         }
-        put(&mut b, 3, k, d1 * n1[k], a1 * n1[k]);
-        put(&mut b, 4, k, d2 * n2[k], a2 * n2[k]);
-        put(&mut b, 5, k, (d2 * n1[k] + d1 * n2[k]) * r, (a2 * n1[k] + a1 * n2[k]) * r);
-        put(&mut b, 6, k, none, d1 * n1[k]);
-        put(&mut b, 7, k, none, d2 * n2[k]);
-        put(&mut b, 8, k, none, (d2 * n1[k] + d1 * n2[k]) * r);
-        put(&mut b, 9, k, none, pairs.half[k] * plane.value[k]);
+        scatter_derivative(&mut b, 3, k, d1 * n1[k], a1 * n1[k]);
+        scatter_derivative(&mut b, 4, k, d2 * n2[k], a2 * n2[k]);
+        scatter_derivative(
+            &mut b,
+            5,
+            k,
+            (d2 * n1[k] + d1 * n2[k]) * r,
+            (a2 * n1[k] + a1 * n2[k]) * r,
+        );
+        scatter_derivative(&mut b, 6, k, none, d1 * n1[k]);
+        scatter_derivative(&mut b, 7, k, none, d2 * n2[k]);
+        scatter_derivative(&mut b, 8, k, none, (d2 * n1[k] + d1 * n2[k]) * r);
+        scatter_derivative(&mut b, 9, k, none, pairs.half[k] * plane.value[k]);
     }
-    put_shears(&mut b, pairs, (xi, eta));
+    scatter_shear_derivatives(&mut b, pairs, (xi, eta));
     b
 }
 
-/// Adds the derivatives of row `row` by the mean and the half difference of a pair of nodes.
+/// Adds the derivatives of row `row` with respect to the mean and the half difference of a pair of nodes.
 #[inline(always)]
-fn put(b: &mut [[f64; DOFS]; GENERALISED], row: usize, pair: usize, by_mean: Vec3, by_half: Vec3) {
+fn scatter_derivative(
+    b: &mut [[f64; DOFS]; GENERALISED],
+    row: usize,
+    pair: usize,
+    by_mean: Vec3,
+    by_half: Vec3,
+) {
     for i in 0..3 {
         b[row][3 * pair + i] += 0.5 * (by_mean[i] - by_half[i]);
         b[row][3 * (pair + 4) + i] += 0.5 * (by_mean[i] + by_half[i]);
     }
 }
 
-/// Adds the derivatives of the shears through the thickness, which are sampled on the edges.
+/// Adds the derivatives of the transverse shear strains, sampled on the edges.
 #[inline]
-fn put_shears(b: &mut [[f64; DOFS]; GENERALISED], pairs: &Pairs, (xi, eta): (f64, f64)) {
+fn scatter_shear_derivatives(
+    b: &mut [[f64; DOFS]; GENERALISED],
+    pairs: &Pairs,
+    (xi, eta): (f64, f64),
+) {
     let r = FRAC_1_SQRT_2;
     for (sample, along_xi, weight) in shear_samples(xi, eta) {
         let (row, by) = if along_xi { (11, &sample.by_xi) } else { (10, &sample.by_eta) };
         let (tangent, director) = (blend(by, &pairs.mean), blend(&sample.value, &pairs.half));
         for k in 0..4 {
             let by_mean = director * (weight * r * by[k]);
-            put(b, row, k, by_mean, tangent * (weight * r * sample.value[k]));
+            scatter_derivative(b, row, k, by_mean, tangent * (weight * r * sample.value[k]));
         }
     }
 }
 
-/// Adds the second derivatives of [`products`] times the generalised stress, as scalars between the eight
-/// vectors `a_0..a_3, d_0..d_3`, and what multiplies those of the turned fibres.
+/// Adds the second derivatives of [`products`] times the generalised stress, as scalars between the eight vectors
+/// `a_0..a_3, d_0..d_3`. `turning` receives the coefficients of the second derivatives of `F_1, F_2`.
 pub(super) fn add_curvature(
     stress: &[f64; GENERALISED],
     in_plane: &InPlane,
@@ -122,7 +139,7 @@ pub(super) fn add_curvature(
         s[0] * n1[i] * n1[j] + s[1] * n2[i] * n2[j] + s[2] * r * (n1[i] * n2[j] + n2[i] * n1[j])
     };
     let (own, centre) = in_plane.work([stress[0], stress[1], stress[2]]);
-    (0..2).for_each(|f| turning[f] -= in_plane.turned[f] * own[f]);
+    (0..2).for_each(|f| turning[f] -= in_plane.correction[f] * own[f]);
     for i in 0..4 {
         for j in 0..4 {
             sum[i][j] += form(&plane, &own, i, j) + form(&middle, &[0.0, 0.0, centre], i, j);

@@ -1,13 +1,13 @@
-//! The points of a solid-shell side by side, one a SIMD lane.
+//! Integration of a solid-shell over its points, one in each SIMD lane.
 //!
-//! They are numbered column by column and kept in one row, so that the material is asked for eight at a time, whatever column
-//! they belong to. A column is worked on from its first point on; lanes beyond its last hold points of the next, or nothing:
-//! what they say is dropped.
+//! The points are numbered column by column in one array, so that the material is evaluated for eight at a time
+//! across columns. A column is processed from its first point in SIMD groups. Lanes beyond its last point hold points
+//! of the next column or padding; their results are discarded.
 
 mod modes;
 pub(super) mod state;
 
-use crate::solver::element::solid_shell::points::state::Each;
+use crate::solver::element::solid_shell::points::state::PerPoint;
 use crate::solver::element::solid_shell::points::state::{COLUMNS, Points, vectors};
 use pulp::{Arch, Simd, WithSimd};
 
@@ -19,39 +19,41 @@ use crate::solver::material::log_strain::{self, Responses};
 use crate::solver::numbers::algebra::{apply, congruence, cross, multiply, splat};
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 
-/// Room for a rule, in whole vectors.
-const RULE: usize = 2 * POINTS;
+/// Capacity of the thickness rule, in whole SIMD vectors.
+const RULE_CAPACITY: usize = 2 * POINTS;
 
-/// Linear maps of symmetric tensors, side by side.
+/// Linear maps of symmetric tensors, in SIMD lanes.
 type Map<S> = [[Lane<S>; 6]; 6];
 
-/// Places and weights through the thickness, zero beyond the last.
+/// Positions and weights through the thickness, zero beyond the last.
 struct Rule {
     count: usize,
-    zeta: [f64; RULE],
-    weight: [f64; RULE],
+    zeta: [f64; RULE_CAPACITY],
+    weight: [f64; RULE_CAPACITY],
 }
 
 impl Rule {
     fn new(rule: &[(f64, f64)]) -> Self {
-        let mut out = Self { count: rule.len(), zeta: [0.0; RULE], weight: [0.0; RULE] };
+        let mut out =
+            Self { count: rule.len(), zeta: [0.0; RULE_CAPACITY], weight: [0.0; RULE_CAPACITY] };
         for (k, &(zeta, weight)) in rule.iter().enumerate() {
             (out.zeta[k], out.weight[k]) = (zeta, weight);
         }
         out
     }
 
-    /// Where the groups of a column's points begin that a vector holds.
+    /// First indices of the SIMD groups of a column.
     #[inline(always)]
     fn groups<S: Simd>(&self) -> std::iter::StepBy<std::ops::Range<usize>> {
         (0..self.count).step_by(S::F64_LANES)
     }
 }
 
-/// Generalised stress and stiffness of the columns of an element; its points' new histories go to `new_state`.
+/// Generalised stress and stiffness of the columns of an element; `new_state` receives the new histories of its
+/// points.
 ///
 /// # Errors
-/// [`PointFailure`] where a point is turned inside out or the material fails.
+/// [`PointFailure`] if the Jacobian determinant of a point is not positive or the constitutive update fails.
 pub(super) fn integrate(
     input: &ElementInput<'_>,
     rule: &[(f64, f64)],
@@ -77,31 +79,44 @@ impl WithSimd for Integrate<'_> {
         let Self { input, rule, frames, new_state } = self;
         let mut points = Points::zero();
         for (index, frame) in frames.iter().enumerate() {
-            place(simd, frame, &rule, index * rule.count, &mut points);
+            set_kinematics(simd, frame, &rule, index * rule.count, &mut points);
         }
         let count = COLUMNS * rule.count;
         let flat = |det: &&f64| !(**det > 0.0 && det.is_finite());
         if let Some(point) = points.det[..count].iter().position(|det| flat(&det)) {
             return Err(PointFailure { point, reason: FailureReason::Inverted { ratio: 0.0 } });
         }
-        update(simd, input, count, new_state, &mut points)?;
+        update_material(simd, input, count, new_state, &mut points)?;
         let mut totals = [const { Totals::ZERO }; COLUMNS];
         let wants_tangent = input.want == Want::ResidualAndTangent;
         for (index, (frame, totals)) in frames.iter().zip(&mut totals).enumerate() {
-            gather(simd, frame, &rule, index * rule.count, (&points, wants_tangent), totals);
+            integrate_column(
+                simd,
+                frame,
+                &rule,
+                index * rule.count,
+                (&points, wants_tangent),
+                totals,
+            );
         }
         Ok(totals)
     }
 }
 
-/// Shapes and strains of the points of a column that begins with point `start`.
+/// Kinematics of the points of a column whose first point is `start`.
 #[inline(always)]
-fn place<S: Simd>(simd: S, frame: &Frame<'_>, rule: &Rule, start: usize, points: &mut Points) {
+fn set_kinematics<S: Simd>(
+    simd: S,
+    frame: &Frame<'_>,
+    rule: &Rule,
+    start: usize,
+    points: &mut Points,
+) {
     let [a, b] = vectors(simd, &frame.along);
     let [by_a, by_b] = vectors(simd, &frame.tilt);
     let across = splat(simd, &frame.across.into());
     let gradient: [[f64; 3]; 3] = frame.gradient.transpose().into();
-    let (through, unit) = (splat(simd, &frame.through), splat(simd, &frame.unit));
+    let (thickness_strain, unit) = (splat(simd, &frame.thickness_strain), splat(simd, &frame.unit));
     let two = Lane::splat(simd, 2.0);
     for first in rule.groups::<S>() {
         let zeta = Lane::load(simd, &rule.zeta, first);
@@ -114,14 +129,16 @@ fn place<S: Simd>(simd: S, frame: &Frame<'_>, rule: &Rule, start: usize, points:
         let det = Lane::dot(&g, &dual[0]);
         let over = Lane::splat(simd, 1.0) / det;
         let map = congruence(simd, &stretched(simd, &dual, over, &gradient));
-        let share = over * frame.share;
-        // Neither does work on a constant stress.
-        let lift = [zeta * share, (zeta * zeta - Lane::splat(simd, 1.0 / 3.0)) * share];
-        let thickening = lift[0] * frame.thickening[0] + lift[1] * frame.thickening[1];
+        let det_ratio = over * frame.centre_det;
+        // Orthogonal to constant stress over the thickness.
+        let shape_strain =
+            [zeta * det_ratio, (zeta * zeta - Lane::splat(simd, 1.0 / 3.0)) * det_ratio];
+        let thickening =
+            shape_strain[0] * frame.thickening[0] + shape_strain[1] * frame.thickening[1];
         let strain = natural(simd, &frame.strain, zeta);
         let at = start + first;
         for i in 0..6 {
-            let thick = through[i] * thickening;
+            let thick = thickness_strain[i] * thickening;
             let half = thick + Lane::dot(&map[i], &strain);
             half.mul_add(two, unit[i]).store(&mut points.stretched[i], at);
             for j in 0..6 {
@@ -129,11 +146,15 @@ fn place<S: Simd>(simd: S, frame: &Frame<'_>, rule: &Rule, start: usize, points:
             }
         }
         det.store(&mut points.det, at);
-        lift.iter().zip(&mut points.lift).for_each(|(lift, to)| lift.store(to, at));
+        shape_strain
+            .iter()
+            .zip(&mut points.shape_strain)
+            .for_each(|(shape_strain, to)| shape_strain.store(to, at));
     }
 }
 
-/// Component `j` of the `i`-th dual base vector in `[j][i]`, stretched: `dual` times `over`, by the rows of `U`.
+/// Component `j` of the `i`-th dual base vector in `[j][i]`, transformed by `U`: `dual` times `over`, by the rows of
+/// `U`.
 #[inline(always)]
 fn stretched<S: Simd>(
     simd: S,
@@ -151,9 +172,9 @@ fn stretched<S: Simd>(
     q
 }
 
-/// What the material answers, eight points at a time.
+/// Constitutive update of the points, eight at a time.
 #[inline(always)]
-fn update<S: Simd>(
+fn update_material<S: Simd>(
     simd: S,
     input: &ElementInput<'_>,
     count: usize,
@@ -161,33 +182,41 @@ fn update<S: Simd>(
     points: &mut Points,
 ) -> Result<(), PointFailure> {
     let len = input.material.state_len();
-    let mut answers = Responses::zero();
+    let mut responses = Responses::zero();
     for first in (0..count).step_by(POINTS) {
-        let here = POINTS.min(count - first);
+        let count_here = POINTS.min(count - first);
         let mut c = [[1.0; POINTS]; 6];
         for (c, from) in c.iter_mut().zip(&points.stretched) {
-            c[..here].copy_from_slice(&from[first..first + here]);
+            c[..count_here].copy_from_slice(&from[first..first + count_here]);
         }
-        let range = first * len..(first + here) * len;
+        let range = first * len..(first + count_here) * len;
         let histories = (&input.old_state[range.clone()], &mut new_state[range]);
-        log_strain::update_lanes(simd, input.material, &c, here, histories, true, &mut answers)
-            .map_err(|(k, error)| PointFailure { point: first + k, reason: error.into() })?;
-        let put = |from: &Eight, to: &mut Each| to[first..first + POINTS].copy_from_slice(from);
+        log_strain::update_lanes(
+            simd,
+            input.material,
+            &c,
+            count_here,
+            histories,
+            true,
+            &mut responses,
+        )
+        .map_err(|(k, error)| PointFailure { point: first + k, reason: error.into() })?;
+        let put = |from: &Eight, to: &mut PerPoint| to[first..first + POINTS].copy_from_slice(from);
         for i in 0..6 {
-            put(&answers.stress[i], &mut points.stress[i]);
+            put(&responses.stress[i], &mut points.stress[i]);
             for j in 0..6 {
-                put(&answers.tangent[i][j], &mut points.tangent[i][j]);
+                put(&responses.tangent[i][j], &mut points.tangent[i][j]);
             }
         }
-        put(&answers.elastic_energy, &mut points.elastic_energy);
-        put(&answers.plastic_work, &mut points.plastic_work);
+        put(&responses.elastic_energy, &mut points.elastic_energy);
+        put(&responses.plastic_work, &mut points.plastic_work);
     }
     Ok(())
 }
 
-/// Sums over the points of a column that begins with point `start`.
+/// Sums over the points of a column whose first point is `start`.
 #[inline(always)]
-fn gather<S: Simd>(
+fn integrate_column<S: Simd>(
     simd: S,
     frame: &Frame<'_>,
     rule: &Rule,
@@ -198,76 +227,76 @@ fn gather<S: Simd>(
     let zero = Lane::splat(simd, 0.0);
     for first in rule.groups::<S>() {
         let at = start + first;
-        let share = Lane::load(simd, &rule.weight, first);
-        let weight = share * Lane::load(simd, &points.det, at);
-        let weights = Weights { simd, at, share, weight };
-        totals.elastic_energy += weights.weighed(&points.elastic_energy).sum();
-        totals.plastic_work += weights.weighed(&points.plastic_work).sum();
-        let (stress, tangent, back) = weights.answers(points);
+        let quadrature = Lane::load(simd, &rule.weight, first);
+        let weight = quadrature * Lane::load(simd, &points.det, at);
+        let weights = Weights { simd, at, quadrature, weight };
+        totals.elastic_energy += weights.weighted(&points.elastic_energy).sum();
+        totals.plastic_work += weights.weighted(&points.plastic_work).sum();
+        let (stress, tangent, transposed) = weights.responses(points);
         let powers = Powers::new(Lane::load(simd, &rule.zeta, first));
-        add_generalised(&apply(&back, &stress), &powers, &mut totals.stress);
+        add_generalised(&apply(&transposed, &stress), &powers, &mut totals.stress);
         if wants_tangent {
             let mut own = [[zero; 6]; 6];
-            for (row, column) in own.iter_mut().zip(&back) {
+            for (row, column) in own.iter_mut().zip(&transposed) {
                 *row = multiply(column, &tangent);
             }
             for row in &mut own {
-                *row = apply(&back, row);
+                *row = apply(&transposed, row);
             }
             add_generalised_stiffness(&own, &powers, &mut totals.stiffness);
         }
         let modes = Modes::new(simd, frame, (points, at), &stress);
-        modes.gather(&back, (&stress, &tangent), &powers, totals);
+        modes.add_to(&transposed, (&stress, &tangent), &powers, totals);
     }
 }
 
-/// Weights of the points from `at` on; `share` is zero in lanes beyond the column.
+/// Weights of the points from index `at`; `quadrature` is zero in lanes beyond the column.
 struct Weights<S: Simd> {
     simd: S,
     at: usize,
-    share: Lane<S>,
+    quadrature: Lane<S>,
     weight: Lane<S>,
 }
 
 impl<S: Simd> Weights<S> {
-    /// The points' numbers times their weights, zero beyond the column whatever stands there.
+    /// Values of the points times their weights; zero beyond the column regardless of the stored value.
     #[inline(always)]
-    fn weighed(&self, from: &Each) -> Lane<S> {
+    fn weighted(&self, from: &PerPoint) -> Lane<S> {
         let zero = Lane::splat(self.simd, 0.0);
-        zero.if_less(self.share, self.weight * Lane::load(self.simd, from, self.at), zero)
+        zero.if_less(self.quadrature, self.weight * Lane::load(self.simd, from, self.at), zero)
     }
 
-    /// Stresses and tangents, weighed, and the maps from natural to Cartesian strain, turned over.
+    /// Weighted stresses and tangents, and the transposed maps from natural to Cartesian strain.
     #[inline(always)]
-    fn answers(&self, points: &Points) -> ([Lane<S>; 6], Map<S>, Map<S>) {
+    fn responses(&self, points: &Points) -> ([Lane<S>; 6], Map<S>, Map<S>) {
         let zero = Lane::splat(self.simd, 0.0);
         let mut stress = [zero; 6];
-        let (mut tangent, mut back) = ([[zero; 6]; 6], [[zero; 6]; 6]);
+        let (mut tangent, mut transposed) = ([[zero; 6]; 6], [[zero; 6]; 6]);
         for i in 0..6 {
-            stress[i] = self.weighed(&points.stress[i]);
+            stress[i] = self.weighted(&points.stress[i]);
             for j in 0..6 {
-                tangent[i][j] = self.weighed(&points.tangent[i][j]);
-                back[j][i] = Lane::load(self.simd, &points.map[i][j], self.at);
+                tangent[i][j] = self.weighted(&points.tangent[i][j]);
+                transposed[j][i] = Lane::load(self.simd, &points.map[i][j], self.at);
             }
         }
-        (stress, tangent, back)
+        (stress, tangent, transposed)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::state::ROOM;
+    use super::state::POINT_CAPACITY;
     use super::*;
 
     #[test]
-    fn lanes_beyond_a_column_do_not_count() {
+    fn lanes_beyond_a_column_are_excluded() {
         let simd = pulp::Scalar::new();
         let one = Lane::splat(simd, 1.0);
-        let weights = Weights { simd, at: 3, share: one, weight: one + one };
-        let mut each = [f64::NAN; ROOM];
+        let weights = Weights { simd, at: 3, quadrature: one, weight: one + one };
+        let mut each = [f64::NAN; POINT_CAPACITY];
         each[3] = 5.0;
-        assert_eq!(weights.weighed(&each).sum(), 10.0);
-        let beyond = Weights { share: Lane::splat(simd, 0.0), at: 4, ..weights };
-        assert_eq!(beyond.weighed(&each).sum(), 0.0);
+        assert_eq!(weights.weighted(&each).sum(), 10.0);
+        let beyond = Weights { quadrature: Lane::splat(simd, 0.0), at: 4, ..weights };
+        assert_eq!(beyond.weighted(&each).sum(), 0.0);
     }
 }

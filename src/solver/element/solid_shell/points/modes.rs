@@ -1,4 +1,4 @@
-//! What the modes of a solid-shell do and feel at points side by side.
+//! Strain directions and stress resultants of the modes of a solid-shell at points in SIMD lanes.
 
 use pulp::Simd;
 
@@ -10,12 +10,12 @@ use crate::solver::element::solid_shell::stretch::{STRETCHES, Stretch};
 use crate::solver::numbers::algebra::{apply, multiply, splat, symmetric, symmetric_matrix};
 use crate::solver::numbers::lanes::Lane;
 
-/// Strains of the modes at points side by side: through the thickness, and the stretches.
+/// Strain directions of the modes: thickness strain, then in-plane stretches.
 pub(super) struct Modes<S: Simd> {
-    /// How many there are.
+    /// Number of active directions.
     count: usize,
     directions: [[Lane<S>; 6]; DIRECTIONS],
-    /// What the stress is to a change of the direction of a stretch.
+    /// Stress contracted with the change of the direction of a stretch.
     work: [[Lane<S>; 6]; STRETCHES],
     second: [[Lane<S>; STRETCHES]; STRETCHES],
 }
@@ -29,10 +29,10 @@ impl<S: Simd> Modes<S> {
         stress: &[Lane<S>; 6],
     ) -> Self {
         let none = [Lane::splat(simd, 0.0); 6];
-        let through = splat(simd, &frame.through);
+        let thickness_strain = splat(simd, &frame.thickness_strain);
         let mut directions = [none; DIRECTIONS];
-        for (direction, lift) in directions.iter_mut().zip(&points.lift) {
-            *direction = Lane::scaled(through, Lane::load(simd, lift, at));
+        for (direction, shape_strain) in directions.iter_mut().zip(&points.shape_strain) {
+            *direction = Lane::scaled(thickness_strain, Lane::load(simd, shape_strain, at));
         }
         let mut out = Self {
             count: SHAPES,
@@ -48,7 +48,7 @@ impl<S: Simd> Modes<S> {
         out
     }
 
-    /// Sets what belongs to the stretches, at these stretched Cauchy-Green tensors and stresses.
+    /// Sets the directions of the stretches for the given stretched Cauchy-Green tensors and stresses.
     #[inline(always)]
     fn set_stretches(
         &mut self,
@@ -78,11 +78,11 @@ impl<S: Simd> Modes<S> {
         }
     }
 
-    /// Adds what the modes feel.
+    /// Adds residual, stiffness and coupling of the modes to `totals`.
     #[inline(always)]
-    pub fn gather(
+    pub fn add_to(
         &self,
-        back: &[[Lane<S>; 6]; 6],
+        transposed: &[[Lane<S>; 6]; 6],
         (stress, tangent): (&[Lane<S>; 6], &[[Lane<S>; 6]; 6]),
         powers: &Powers<S>,
         totals: &mut Totals,
@@ -110,8 +110,8 @@ impl<S: Simd> Modes<S> {
                     row[i] = row[i] + work[i];
                 }
             }
-            add_generalised(&apply(back, &column), powers, &mut totals.left[k]);
-            add_generalised(&apply(back, &row), powers, &mut totals.right[k]);
+            add_generalised(&apply(transposed, &column), powers, &mut totals.left[k]);
+            add_generalised(&apply(transposed, &row), powers, &mut totals.right[k]);
         }
     }
 }
@@ -132,7 +132,7 @@ mod tests {
         Axes::new(&base, &base.try_inverse().unwrap())
     }
 
-    /// `E'`, the stretches having the values `alpha`.
+    /// `E'` for stretch values `alpha`.
     fn strain(f: &Mat3, alpha: [f64; 2]) -> Mandel {
         let axes = axes();
         let moved = f * axes.stretched(VALUES, alpha).unwrap().gradient;
@@ -143,7 +143,7 @@ mod tests {
         std::array::from_fn(|i| (a[i] - b[i]) / step)
     }
 
-    /// Directions of the stretches, what the stress is to their changes, and the second derivatives.
+    /// Directions of the stretches, contraction of the stress with their changes, and the second derivatives.
     fn modes(f: &Mat3, alpha: [f64; 2]) -> ([Mandel; 2], [Mandel; 2], [[f64; 2]; 2]) {
         let axes = axes();
         let stretch = axes.stretched(VALUES, alpha).unwrap();
@@ -159,9 +159,9 @@ mod tests {
             across: zero,
             strain: [0.0; 12],
             gradient: stretch.gradient,
-            through: [0.0; 6],
+            thickness_strain: [0.0; 6],
             unit: [0.0; 6],
-            share: 1.0,
+            centre_det: 1.0,
             thickening: [0.0; SHAPES],
             stretch: Some(stretch),
         };
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn stretches_have_the_derivatives_that_differences_have() {
+    fn derivatives_of_stretches_agree_with_differences() {
         let f = Mat3::new(1.2, 0.3, 0.0, -0.1, 0.7, 0.2, 0.0, 0.1, 1.1);
         let (alpha, step) = ([0.4, 0.25], 1e-5);
         let (directions, work, second) = modes(&f, alpha);
@@ -185,7 +185,7 @@ mod tests {
             other[k] += step;
             other
         };
-        let turned = f + Mat3::new(0.1, -0.2, 0.0, 0.3, 0.1, 0.0, 0.2, 0.0, -0.1) * step;
+        let perturbed = f + Mat3::new(0.1, -0.2, 0.0, 0.3, 0.1, 0.0, 0.2, 0.0, -0.1) * step;
         for k in 0..2 {
             let ends = [moved(k, 0.5 * step), moved(k, -0.5 * step)];
             let rate = by(strain(&f, ends[0]), strain(&f, ends[1]), step);
@@ -195,7 +195,7 @@ mod tests {
                 let change = by(at(0.5 * step), at(-0.5 * step), step);
                 assert!((tensor::dot(&change, &STRESS) - second[k][l]).abs() < 1e-8);
             }
-            let change = |alpha| by(strain(&turned, alpha), strain(&f, alpha), step);
+            let change = |alpha| by(strain(&perturbed, alpha), strain(&f, alpha), step);
             let rate = by(change(ends[0]), change(ends[1]), step);
             let expected = tensor::dot(&work[k], &change(alpha));
             assert!((tensor::dot(&rate, &STRESS) - expected).abs() < 1e-4);

@@ -1,4 +1,4 @@
-//! Eight points of a fibre in lanes.
+//! Arrays over all points of a solid-shell, laid out for SIMD lanes.
 
 use pulp::Simd;
 
@@ -7,42 +7,43 @@ use crate::solver::element::solid_shell::pairs::SHAPES;
 use crate::solver::numbers::algebra::splat;
 use crate::solver::numbers::lanes::{Lane, POINTS};
 
-/// Columns of an element, and points of one at most.
+/// Number of columns of an element and maximum number of points of a column.
 pub(in crate::solver::element::solid_shell) const COLUMNS: usize = 4;
 
-pub(in crate::solver::element::solid_shell) const HIGHEST: usize = 9;
+pub(in crate::solver::element::solid_shell) const COLUMN_POINTS_MAX: usize = 9;
 
-/// Room for the points of an element, and for lanes beyond the last.
-pub(in crate::solver::element::solid_shell) const ROOM: usize = COLUMNS * HIGHEST + POINTS;
+/// Array length: the points of an element and padding lanes beyond the last.
+pub(in crate::solver::element::solid_shell) const POINT_CAPACITY: usize =
+    COLUMNS * COLUMN_POINTS_MAX + POINTS;
 
-/// Where the points are, and what the material answers there.
+/// Kinematics and material response at the points.
 pub(in crate::solver::element::solid_shell) struct Points {
     /// det J.
-    pub(in crate::solver) det: Each,
-    /// Strain through the thickness at a mode's value of one, over the strain at the centre, by shape.
-    pub(in crate::solver) lift: [Each; SHAPES],
-    /// From natural to Cartesian strain, stretched.
-    pub(in crate::solver) map: [[Each; 6]; 6],
+    pub(in crate::solver) det: PerPoint,
+    /// Thickness strain of a mode at unit value over the strain at the centre, by shape.
+    pub(in crate::solver) shape_strain: [PerPoint; SHAPES],
+    /// Map from natural to Cartesian strain, including the stretch.
+    pub(in crate::solver) map: [[PerPoint; 6]; 6],
     /// Assumed right Cauchy-Green tensor.
-    pub(in crate::solver) stretched: [Each; 6],
-    pub(in crate::solver) stress: [Each; 6],
-    pub(in crate::solver) tangent: [[Each; 6]; 6],
-    pub(in crate::solver) elastic_energy: Each,
-    pub(in crate::solver) plastic_work: Each,
+    pub(in crate::solver) stretched: [PerPoint; 6],
+    pub(in crate::solver) stress: [PerPoint; 6],
+    pub(in crate::solver) tangent: [[PerPoint; 6]; 6],
+    pub(in crate::solver) elastic_energy: PerPoint,
+    pub(in crate::solver) plastic_work: PerPoint,
 }
 
 impl Points {
     pub(in crate::solver) fn zero() -> Self {
-        const NONE: Each = [0.0; ROOM];
+        const ZERO: PerPoint = [0.0; POINT_CAPACITY];
         Self {
-            det: NONE,
-            lift: [NONE; SHAPES],
-            map: [[NONE; 6]; 6],
-            stretched: [NONE; 6],
-            stress: [NONE; 6],
-            tangent: [[NONE; 6]; 6],
-            elastic_energy: NONE,
-            plastic_work: NONE,
+            det: ZERO,
+            shape_strain: [ZERO; SHAPES],
+            map: [[ZERO; 6]; 6],
+            stretched: [ZERO; 6],
+            stress: [ZERO; 6],
+            tangent: [[ZERO; 6]; 6],
+            elastic_energy: ZERO,
+            plastic_work: ZERO,
         }
     }
 }
@@ -55,5 +56,5 @@ pub(in crate::solver::element::solid_shell) fn vectors<S: Simd>(
     [splat(simd, &two[0].into()), splat(simd, &two[1].into())]
 }
 
-/// One number of each point.
-pub(in crate::solver::element::solid_shell) type Each = [f64; ROOM];
+/// One value for each point.
+pub(in crate::solver::element::solid_shell) type PerPoint = [f64; POINT_CAPACITY];

@@ -1,4 +1,4 @@
-//! Claims about the factorisation as a whole.
+//! Properties of the complete factorisation.
 
 mod odd;
 
@@ -20,13 +20,13 @@ fn random(seed: &mut u64) -> f64 {
     ((*seed >> 33) as f64) / (1u64 << 31) as f64 - 0.5
 }
 
-/// An unsymmetric matrix on a grid of blocks of `size` unknowns; dominance 0 leaves weak diagonals.
+/// Unsymmetric matrix on a grid of blocks of `size` unknowns; with dominance 0 the diagonal is weak.
 fn matrix(nx: usize, ny: usize, size: usize, dominance: f64) -> Matrix {
     let (graph, centers) = grid(nx, ny);
     on_graph(&graph, centers, size, dominance)
 }
 
-/// The same on any graph of blocks.
+/// Unsymmetric matrix on any graph of blocks.
 fn on_graph(graph: &BlockGraph, centers: Vec<Vec3>, size: usize, dominance: f64) -> Matrix {
     let mut seed = 7;
     let mut m =
@@ -94,7 +94,7 @@ fn pivoting_inside_fronts_carries_weak_diagonals() {
 }
 
 #[test]
-fn right_hand_sides_solved_together_are_those_solved_alone() {
+fn right_hand_sides_solved_together_agree_with_single_ones() {
     for dominance in [30.0, 0.0] {
         let m = matrix(31, 17, 6, dominance);
         let (plan, mut factors) = (m.plan(), Factors::default());
@@ -135,7 +135,7 @@ fn factors_have_the_same_bits_for_any_number_of_threads_and_when_reused() {
 }
 
 impl Matrix {
-    /// The mean of it and its transpose.
+    /// Symmetric part of the matrix.
     fn symmetric(mut self) -> Self {
         let row = |q: usize| self.row_start.partition_point(|&start| start <= q) - 1;
         let mirror = |q: usize| {
@@ -161,7 +161,7 @@ fn symmetric_factors_solve_as_well_with_the_same_bits_for_any_number_of_threads(
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let mut factors = Factors::default();
-                // What an unsymmetric factorisation leaves behind must not be seen.
+                // Data left by an unsymmetric factorisation must have no effect.
                 plan.factor(&m.values, &mut factors, &[]).unwrap();
                 plan.factor_symmetric(&m.values, &mut factors).unwrap();
                 let mut x = rhs.clone();
@@ -244,14 +244,14 @@ fn products_with_the_inverse_are_those_of_whole_solutions() {
     let (plan, mut factors) = (m.plan(), Factors::default());
     plan.factor(&m.values, &mut factors, &[]).unwrap();
     let columns: Vec<usize> = (0..20).map(|k| (k * 613 + 5) % n).collect();
-    // Rows with entries near each other and far apart, one of them empty.
+    // Rows with entries close together and far apart, one of them empty.
     let places = |i: usize| (0..i).map(|k| (i * 337 + k * (1 + i * 91)) % n).collect::<Vec<_>>();
     let rows: Vec<(Vec<usize>, Vec<f64>)> = (0..30)
         .map(|i| (places(i), (0..i).map(|k| (1.0 + k as f64 + i as f64).sin()).collect()))
         .collect();
     let rows: Vec<SparseRow<'_>> = rows.iter().map(|(c, v)| (&c[..], &v[..])).collect();
-    let meeting = plan.meeting(&rows, &columns);
-    let found = plan.products(&factors, &meeting);
+    let product = plan.plan_inverse_product(&rows, &columns);
+    let found = plan.products(&factors, &product);
     for (column, found) in columns.iter().zip(found.chunks_exact(rows.len())) {
         let mut x = vec![0.0; n];
         x[*column] = 1.0;
@@ -261,7 +261,7 @@ fn products_with_the_inverse_are_those_of_whole_solutions() {
             assert!((found - sought).abs() < 1e-13, "{found} {sought}");
         }
     }
-    let near = plan.meeting(&[(&[0, 1], &[1.0, 2.0])], &[0, 1, 2]);
-    let (few, many) = (plan.share_of_factorisation(&near), plan.share_of_factorisation(&meeting));
+    let near = plan.plan_inverse_product(&[(&[0, 1], &[1.0, 2.0])], &[0, 1, 2]);
+    let (few, many) = (plan.relative_cost(&near), plan.relative_cost(&product));
     assert!(few > 0.0 && few < 0.2 * many, "{few} {many}");
 }

@@ -1,11 +1,11 @@
-//! Graphs of which coordinates say nothing: minimum degree, and the same solutions.
+//! Graphs unrelated to coordinates: minimum degree, and the same solutions.
 
 use super::super::order::tests::{from_ties, scattered};
 use super::*;
 use crate::solver::linear::pattern::Pattern;
 use crate::solver::linear::{Groups, LinearSolver, MultifrontalLu, SparseLu};
 
-/// Solutions by ours and by faer's LU differ by less than 1e-10 of the largest.
+/// Solutions by the multifrontal LU and faer's LU differ by less than 1e-10 of the largest.
 fn agrees_with_faer(m: &Matrix, what: &str) {
     let col_idx = m.columns.iter().map(|&c| c as usize).collect();
     let pattern = Pattern { row_ptr: m.row_start.clone(), col_idx };
@@ -24,7 +24,7 @@ fn agrees_with_faer(m: &Matrix, what: &str) {
     assert!(off < 1e-10 * largest, "{what}: {off:e} of {largest:e}");
 }
 
-/// Every block tied to three others anywhere.
+/// Every block coupled to three arbitrary others.
 fn random_graph(blocks: usize) -> BlockGraph {
     let mut seed = 3;
     let mut anywhere = || ((random(&mut seed) + 0.5) * blocks as f64) as u32 % blocks as u32;

@@ -1,27 +1,27 @@
-//! Stresses, tangents and new histories from the increments that the return mapping has found.
+//! Stresses, tangents and new histories for the converged increments of the return mapping.
 
 use pulp::Simd;
 
 use super::axes::tensor;
-use super::{At, NONE, Step};
+use super::{At, Step, ZERO};
 use crate::solver::material::law::LogResponses;
 use crate::solver::material::plastic::{BACKSTRESS, EQUIVALENT, STRAIN, WORK};
-use crate::solver::numbers::algebra::{turn_back, turned};
+use crate::solver::numbers::algebra::{rotate, rotate_back};
 use crate::solver::numbers::lanes::{Eight, Lane};
 
-/// Increments of the plastic strain in material axes, and the work of the stress on them.
+/// Plastic strain increments in material axes, and the work of the stress on them.
 struct Flows {
     strains: [Eight; 6],
     works: Eight,
 }
 
 impl Step<'_> {
-    /// Answers and new histories.
+    /// Stores responses and new histories.
     #[inline(always)]
     pub(super) fn finish<S: Simd>(&self, simd: S, new: &mut [f64], out: &mut LogResponses) {
-        let mut flows = Flows { strains: [NONE; 6], works: NONE };
+        let mut flows = Flows { strains: [ZERO; 6], works: ZERO };
         for first in Lane::<S>::groups_of(self.count) {
-            self.answer(simd, first, &mut flows, out);
+            self.store_response(simd, first, &mut flows, out);
         }
         let len = BACKSTRESS + 6 * self.material.backstresses.len();
         for (point, new) in new.chunks_exact_mut(len).take(self.count).enumerate() {
@@ -30,16 +30,22 @@ impl Step<'_> {
                 let flow = flows.strains.map(|of| of[point]);
                 let harder = self.flow_stress[0][point] - self.before[point];
                 let work = flows.works[point] - 0.5 * harder * self.x[point];
-                self.remember(self.x[point], &flow, work, new);
+                self.store_increment(self.x[point], &flow, work, new);
             }
             out.plastic_work[point] = new[WORK];
             out.plastic[point] = self.plastic[point];
         }
     }
 
-    /// Stress, tangent, elastic energy and flow of the points from `first` on.
+    /// Stress, tangent, elastic energy and flow of the SIMD group at `first`.
     #[inline(always)]
-    fn answer<S: Simd>(&self, simd: S, first: usize, flows: &mut Flows, out: &mut LogResponses) {
+    fn store_response<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        flows: &mut Flows,
+        out: &mut LogResponses,
+    ) {
         let (material, spectrum) = (self.material, self.spectrum);
         let at = self.at(simd, first);
         let mut flow = at.xi;
@@ -61,9 +67,9 @@ impl Step<'_> {
         Lane::dot(&stress, &flow).store(&mut flows.works, first);
         (Lane::dot(&stress, &left) * 0.5).store(&mut out.elastic_energy, first);
         let mut tangent = self.tangent(simd, &at, first);
-        if let Some(turn) = &material.to_material {
-            stress = turned(turn, true, &stress);
-            turn_back(turn, &mut tangent);
+        if let Some(rotation) = &material.to_material {
+            stress = rotate(rotation, true, &stress);
+            rotate_back(rotation, &mut tangent);
         }
         for i in 0..6 {
             stress[i].store(&mut out.stress[i], first);
@@ -73,8 +79,9 @@ impl Step<'_> {
         }
     }
 
-    /// Takes an increment into the history of its point; `work` with the backstresses of its end.
-    fn remember(&self, x: f64, flow: &[f64; 6], work: f64, new: &mut [f64]) {
+    /// Adds an increment to the history of its point; `work` is computed with the backstresses at the end of the
+    /// increment.
+    fn store_increment(&self, x: f64, flow: &[f64; 6], work: f64, new: &mut [f64]) {
         new[EQUIVALENT] += x;
         let mut new_work = new[WORK] + work;
         new[STRAIN..STRAIN + 6].iter_mut().zip(flow).for_each(|(to, flow)| *to += flow);
@@ -82,7 +89,7 @@ impl Step<'_> {
             let decay = one.decay(x);
             let backstress = &mut new[BACKSTRESS + 6 * k..BACKSTRESS + 6 * k + 6];
             for (to, flow) in backstress.iter_mut().zip(flow) {
-                let next = decay.left * *to + 2.0 / 3.0 * one.modulus * decay.grown * flow;
+                let next = decay.remaining * *to + 2.0 / 3.0 * one.modulus * decay.growth * flow;
                 new_work -= 0.5 * (next - *to) * flow;
                 *to = next;
             }
@@ -90,7 +97,7 @@ impl Step<'_> {
         new[WORK] = new_work;
     }
 
-    /// `dT/dE`: bulk part, shrunk deviatoric part, and where it flows one rank-one term along the flow.
+    /// `dT/dE`: bulk part, reduced deviatoric part and, at yielding points, one rank-one term along the flow.
     #[inline(always)]
     fn tangent<S: Simd>(&self, simd: S, at: &At<S>, first: usize) -> [[Lane<S>; 6]; 6] {
         let spectrum = self.spectrum;

@@ -18,7 +18,7 @@ pub(super) fn components<S: Simd>(spectrum: &Spectrum, t: &[Lane<S>; 6]) -> [Lan
     ]
 }
 
-/// The deviatoric tensors with components `x`.
+/// Deviatoric tensors with components `x`.
 #[inline(always)]
 pub(super) fn tensor<S: Simd>(spectrum: &Spectrum, x: &[Lane<S>; 5]) -> [Lane<S>; 6] {
     let [v, w] = &spectrum.normal;

@@ -1,7 +1,8 @@
-//! Return mapping of quadratic criteria, eight points side by side.
+//! Return mapping of quadratic criteria for eight points in SIMD lanes.
 //!
-//! The symbols are those of the parent module. One scalar equation a point is solved by Newton's method kept inside a
-//! bracket; what it needs at one value of `x` is computed for all points together. Points that stay elastic have `x = 0`.
+//! The symbols are those of the parent module. One scalar equation for each point is solved by Newton's method
+//! safeguarded by a bracket; its coefficients at a value of `x` are computed for all points together. Elastic points
+//! have `x = 0`.
 
 mod answers;
 mod axes;
@@ -10,23 +11,25 @@ mod search;
 use pulp::{Simd, WithSimd};
 
 use self::axes::components;
-use self::search::{ACCEPTED, Search};
+use self::search::{RESIDUAL_ACCEPTED, Search};
 
-use super::{BACKSTRESS, Decay, EQUIVALENT, MAX_ITERATIONS, Plastic, STRAIN, YIELD_TOLERANCE};
+use super::{
+    BACKSTRESS, Decay, EQUIVALENT, Plastic, RETURN_ITERATIONS_MAX, STRAIN, YIELD_TOLERANCE,
+};
 use crate::solver::material::hill48::Spectrum;
 use crate::solver::material::law::{LogResponses, MaterialError};
-use crate::solver::numbers::algebra::turned;
+use crate::solver::numbers::algebra::rotate;
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 
-const NONE: Eight = [0.0; POINTS];
+const ZERO: Eight = [0.0; POINTS];
 
-/// Points to be updated.
+/// Input and output of an update.
 pub(super) struct Update<'a> {
     pub material: &'a Plastic,
     pub spectrum: &'a Spectrum,
     /// Logarithmic strains.
     pub strains: &'a [Eight; 6],
-    /// How many of the eight points there are.
+    /// Number of points, at most eight.
     pub count: usize,
     pub old: &'a [f64],
     pub new: &'a mut [f64],
@@ -46,34 +49,34 @@ impl WithSimd for Update<'_> {
     }
 }
 
-/// The return mappings of the points.
+/// State of the return mappings.
 struct Step<'a> {
     material: &'a Plastic,
     spectrum: &'a Spectrum,
     count: usize,
     old: &'a [f64],
-    /// Elastic strain if nothing flows, in material axes.
+    /// Elastic trial strain in material axes.
     elastic: [Eight; 6],
     /// Trial stress in the eigenbasis.
     trial: [Eight; 5],
-    /// Its mean.
+    /// Mean trial stress.
     mean: Eight,
     /// Equivalent trial stress.
     equivalent: Eight,
-    /// Backstresses at the beginning in the eigenbasis.
+    /// Backstresses at the start of the increment in the eigenbasis.
     start: Vec<[Eight; 5]>,
     plastic: [bool; POINTS],
     /// Increments of equivalent plastic strain.
     x: Eight,
-    /// Flow stress there, and its slope.
+    /// Flow stress at `x`, and its slope.
     flow_stress: [Eight; 2],
-    /// `θ, θ', φ, φ'` of each backstress there.
+    /// `θ, θ', φ, φ'` of each backstress at `x`.
     decays: Vec<[Eight; 4]>,
-    /// Flow stress at the beginning.
+    /// Flow stress at the start of the increment.
     before: Eight,
 }
 
-/// Everything at one value of the increments `x` of a group of points.
+/// Coefficients at one value of the increments `x` of a SIMD group.
 struct At<S: Simd> {
     lambda: Lane<S>,
     lambda_rate: Lane<S>,
@@ -102,24 +105,25 @@ impl<'a> Step<'a> {
             spectrum,
             count,
             old,
-            elastic: [NONE; 6],
-            trial: [NONE; 5],
-            mean: NONE,
-            equivalent: NONE,
-            start: vec![[NONE; 5]; material.backstresses.len()],
+            elastic: [ZERO; 6],
+            trial: [ZERO; 5],
+            mean: ZERO,
+            equivalent: ZERO,
+            start: vec![[ZERO; 5]; material.backstresses.len()],
             plastic: [false; POINTS],
-            x: NONE,
-            flow_stress: [[1.0; POINTS], NONE],
-            decays: vec![[[1.0; POINTS], NONE, [1.0; POINTS], NONE]; material.backstresses.len()],
-            before: NONE,
+            x: ZERO,
+            flow_stress: [[1.0; POINTS], ZERO],
+            decays: vec![[[1.0; POINTS], ZERO, [1.0; POINTS], ZERO]; material.backstresses.len()],
+            before: ZERO,
         };
         for first in Lane::<S>::groups_of(count) {
-            out.try_elastic(simd, strains, first);
+            out.set_trial_state(simd, strains, first);
         }
         for point in 0..count {
             let before = out.history(point)[EQUIVALENT];
             let (stress, slope) = material.hardening.flow_stress(before);
-            // Ludwik's curve begins upright: elastic points have no use for that, and the search begins without it.
+            // Ludwik's law starts with an infinite slope; elastic points do not need it and the search starts without
+            // it.
             let slope = if slope.is_finite() { slope } else { 0.0 };
             (out.flow_stress[0][point], out.flow_stress[1][point]) = (stress, slope);
             let elastic = out.equivalent[point] <= stress * (1.0 + YIELD_TOLERANCE);
@@ -134,10 +138,10 @@ impl<'a> Step<'a> {
         &self.old[point * len..(point + 1) * len]
     }
 
-    /// Six values of the histories from `place` on.
+    /// Six values of the histories from index `place`.
     #[inline(always)]
-    fn recall<S: Simd>(&self, simd: S, place: usize, first: usize) -> [Lane<S>; 6] {
-        let mut values = [NONE; 6];
+    fn load_history<S: Simd>(&self, simd: S, place: usize, first: usize) -> [Lane<S>; 6] {
+        let mut values = [ZERO; 6];
         for point in first..(first + S::F64_LANES).min(self.count) {
             let history = self.history(point);
             for (values, value) in values.iter_mut().zip(&history[place..place + 6]) {
@@ -147,15 +151,15 @@ impl<'a> Step<'a> {
         Lane::load_all(simd, &values, first)
     }
 
-    /// The trial state of the points from `first` on.
+    /// Computes the trial state of the SIMD group at `first`.
     #[inline(always)]
-    fn try_elastic<S: Simd>(&mut self, simd: S, strains: &[Eight; 6], first: usize) {
+    fn set_trial_state<S: Simd>(&mut self, simd: S, strains: &[Eight; 6], first: usize) {
         let (material, spectrum) = (self.material, self.spectrum);
         let mut strain = Lane::load_all(simd, strains, first);
-        if let Some(turn) = &material.to_material {
-            strain = turned(turn, false, &strain);
+        if let Some(rotation) = &material.to_material {
+            strain = rotate(rotation, false, &strain);
         }
-        let plastic = self.recall(simd, STRAIN, first);
+        let plastic = self.load_history(simd, STRAIN, first);
         for ((elastic, strain), plastic) in self.elastic.iter_mut().zip(&mut strain).zip(plastic) {
             *strain = *strain - plastic;
             strain.store(elastic, first);
@@ -166,7 +170,7 @@ impl<'a> Step<'a> {
         let trial = Lane::scaled(components(spectrum, &strain), Lane::splat(simd, two_mu));
         let mut relative = trial;
         for k in 0..material.backstresses.len() {
-            let start = components(spectrum, &self.recall(simd, BACKSTRESS + 6 * k, first));
+            let start = components(spectrum, &self.load_history(simd, BACKSTRESS + 6 * k, first));
             for i in 0..5 {
                 start[i].store(&mut self.start[k][i], first);
                 relative[i] = relative[i] - start[i];
@@ -199,10 +203,10 @@ impl<'a> Step<'a> {
         let mut b_rate = [zero; 5];
         let decays = self.start.iter().zip(&self.decays);
         for (backstress, (start, decay)) in material.backstresses.iter().zip(decays) {
-            let [theta, theta_rate, grown, grown_rate] =
+            let [theta, theta_rate, grown, growth_rate] =
                 [0, 1, 2, 3].map(|k| Lane::load(simd, &decay[k], first));
             modulus = modulus + grown * (2.0 / 3.0 * backstress.modulus);
-            modulus_rate = modulus_rate + grown_rate * (2.0 / 3.0 * backstress.modulus);
+            modulus_rate = modulus_rate + growth_rate * (2.0 / 3.0 * backstress.modulus);
             let start = Lane::load_all(simd, start, first);
             for i in 0..5 {
                 b[i] = b[i] - theta * start[i];
@@ -225,7 +229,7 @@ impl<'a> Step<'a> {
         At { lambda, lambda_rate, equivalent, xi, reduction, xi_rate, hardening }
     }
 
-    /// Sets the increment of equivalent plastic strain of a point, and what depends on it alone.
+    /// Sets the increment of equivalent plastic strain of a point, its flow stress and recovery factors.
     #[inline(always)]
     fn set_increment(&mut self, point: usize, x: f64) {
         self.x[point] = x;
@@ -235,24 +239,26 @@ impl<'a> Step<'a> {
         self.set_decays(point);
     }
 
-    /// Sets what recovery leaves of the backstresses of a point.
+    /// Sets the recovery factors of the backstresses of a point.
     fn set_decays(&mut self, point: usize) {
         for (one, decays) in self.material.backstresses.iter().zip(&mut self.decays) {
-            let Decay { left, left_rate, grown, grown_rate } = one.decay(self.x[point]);
-            for (to, value) in decays.iter_mut().zip([left, left_rate, grown, grown_rate]) {
+            let Decay { remaining, remaining_rate, growth, growth_rate } = one.decay(self.x[point]);
+            for (to, value) in
+                decays.iter_mut().zip([remaining, remaining_rate, growth, growth_rate])
+            {
                 to[point] = value;
             }
         }
     }
 
-    /// Finds the increments of equivalent plastic strain.
+    /// Solves for the increments of equivalent plastic strain.
     #[inline(always)]
     fn solve<S: Simd>(&mut self, simd: S) -> Result<(), (usize, MaterialError)> {
         let mut search = [Search::new(); POINTS];
-        let mut open = self.plastic;
-        let (mut equivalent, mut hardening) = (NONE, NONE);
-        for _ in 0..=MAX_ITERATIONS {
-            if open == [false; POINTS] {
+        let mut active = self.plastic;
+        let (mut equivalent, mut hardening) = (ZERO, ZERO);
+        for _ in 0..=RETURN_ITERATIONS_MAX {
+            if active == [false; POINTS] {
                 break;
             }
             for first in Lane::<S>::groups_of(self.count) {
@@ -261,25 +267,25 @@ impl<'a> Step<'a> {
                 at.hardening.store(&mut hardening, first);
             }
             for point in 0..self.count {
-                if !open[point] {
+                if !active[point] {
                     continue;
                 }
                 let at = [equivalent[point], hardening[point]];
                 let shear = self.material.elastic.shear_modulus();
-                let least = 1e-9 * self.equivalent[point] / (2.0 * shear);
+                let increment_min = 1e-9 * self.equivalent[point] / (2.0 * shear);
                 let stress = [self.flow_stress[0][point], self.flow_stress[1][point]];
-                match search[point].next(self.x[point], at, stress, least) {
+                match search[point].next(self.x[point], at, stress, increment_min) {
                     Some(x) => self.set_increment(point, x),
-                    None => open[point] = false,
+                    None => active[point] = false,
                 }
             }
         }
-        let failed = |residual: f64| residual.is_nan() || residual.abs() > ACCEPTED;
+        let failed = |residual: f64| residual.is_nan() || residual.abs() > RESIDUAL_ACCEPTED;
         match (0..self.count).find(|&point| failed(search[point].residual)) {
             None => Ok(()),
             Some(point) => {
                 let residual = search[point].residual.abs();
-                let iterations = MAX_ITERATIONS;
+                let iterations = RETURN_ITERATIONS_MAX;
                 Err((point, MaterialError::ReturnMapping { residual, iterations }))
             }
         }

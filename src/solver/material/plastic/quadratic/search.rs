@@ -1,37 +1,38 @@
-//! The scalar equation of one return mapping: Newton's method kept inside a bracket.
+//! Scalar equation of one return mapping: Newton's method safeguarded by a bracket.
 
-/// Residual aimed at, relative to the flow stress.
-const TARGET: f64 = 1e-14;
-/// Residual accepted where rounding stops the iteration.
-pub(super) const ACCEPTED: f64 = 1e-11;
+/// Convergence tolerance of the residual, relative to the flow stress.
+const RESIDUAL_TOLERANCE: f64 = 1e-14;
+/// Residual accepted if rounding stops the iteration.
+pub(super) const RESIDUAL_ACCEPTED: f64 = 1e-11;
 
-/// The search for one point's increment.
+/// Bracket of the increment of one point.
 #[derive(Clone, Copy)]
 pub(super) struct Search {
     low: f64,
     high: f64,
-    /// `σ_y / σ̄ - 1`, where it was last looked at.
+    /// `σ_y / σ̄ - 1` at the last iterate.
     pub residual: f64,
 }
 
 impl Search {
-    /// Nothing known yet; its residual is that of a point that stays elastic.
+    /// Empty bracket; the residual 0 is that of an elastic point.
     pub(super) fn new() -> Self {
         Self { low: 0.0, high: f64::INFINITY, residual: 0.0 }
     }
 
-    /// Where to look next after `x`, where `σ̄` and `Σ π_i ξ_i dξ_i/dx`, and the flow stress and its slope are known;
-    /// `None` at the end. `least`: the first increment tried where Newton's method points nowhere.
+    /// Next iterate after `x`; `None` if converged or stagnant. `equivalent` is `σ̄`, `hardening` is
+    /// `Σ π_i ξ_i dξ_i/dx`, `slope` the slope of the flow stress. `increment_min` is the first increment if the
+    /// Newton step leaves the bracket.
     #[inline(always)]
     pub(super) fn next(
         &mut self,
         x: f64,
         [equivalent, hardening]: [f64; 2],
         [yield_stress, slope]: [f64; 2],
-        least: f64,
+        increment_min: f64,
     ) -> Option<f64> {
         self.residual = yield_stress / equivalent - 1.0;
-        if self.residual.abs() <= TARGET {
+        if self.residual.abs() <= RESIDUAL_TOLERANCE {
             return None;
         }
         if self.residual < 0.0 {
@@ -45,10 +46,10 @@ impl Search {
             next = if self.high.is_finite() {
                 0.5 * (self.low + self.high)
             } else {
-                (2.0 * self.low).max(least)
+                (2.0 * self.low).max(increment_min)
             };
         }
-        let still = (next - x).abs() <= 1e-16 * next;
-        (!still && next != self.low && next != self.high).then_some(next)
+        let stagnant = (next - x).abs() <= 1e-16 * next;
+        (!stagnant && next != self.low && next != self.high).then_some(next)
     }
 }

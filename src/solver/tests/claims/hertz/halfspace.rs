@@ -1,5 +1,5 @@
-//! What a half-space `z <= 0` does far below Hertz's pressure (Boussinesq), and the forces that stand for the rest of it on
-//! the faces of a block cut out of it.
+//! Half-space `z <= 0` under Hertz pressure (Boussinesq), and the forces that represent its rest on the faces of a
+//! block cut out of it.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
@@ -9,17 +9,18 @@ use crate::solver::sheet::hex_mesh::HexMesh;
 const YOUNG: f64 = 210_000.0;
 const POISSON: f64 = 0.3;
 
-/// Forces down on the surface that stand for Hertz's pressure: six rings of eight.
+/// Vertical surface forces that represent the Hertz pressure: six rings of eight.
 pub(super) struct Pressed {
-    /// Place and force [N].
+    /// Position and force [N].
     points: Vec<(Vec3, f64)>,
 }
 
 impl Pressed {
-    /// By `force` [N] over a disc of radius `a` [mm] about the origin.
+    /// `force` [N] over a disc of radius `a` [mm] about the origin.
     pub(super) fn new(force: f64, a: f64) -> Self {
         const RINGS: usize = 6;
-        // Rings of equal area, so of equal steps of (r/a)^2; the pressure goes as the root of what is left of it to one.
+        // Rings of equal area, hence equal steps of (r/a)^2; the pressure is proportional to the square root of 1 -
+        // (r/a)^2.
         let inner = |k: usize| (1.0 - k as f64 / RINGS as f64).powf(1.5);
         let mut points = Vec::new();
         for k in 0..RINGS {
@@ -33,7 +34,7 @@ impl Pressed {
         Self { points }
     }
 
-    /// How far the half-space sinks at `x` [mm].
+    /// Settlement of the half-space at `x` [mm].
     pub(super) fn sinks(&self, x: &Vec3) -> f64 {
         let one = |(at, force): &(Vec3, f64)| {
             let (rho, depth) = ((x - at).norm(), at.z - x.z);
@@ -48,7 +49,7 @@ impl Pressed {
         self.points.iter().map(|(at, force)| point_stress(&(x - at)) * *force).sum()
     }
 
-    /// Forces [N], three a node, of the stress on the faces of the elements at `x = size`, `y = size` and `z = -size`.
+    /// Forces [N], three for each node, of the stress on the element faces at `x = size`, `y = size` and `z = -size`.
     pub(super) fn forces(&self, mesh: &HexMesh, size: f64) -> Vec<f64> {
         let mut forces = vec![0.0; 3 * mesh.nodes.len()];
         for (axis, at) in [(0, size), (1, size), (2, -size)] {
@@ -83,7 +84,7 @@ impl Pressed {
     }
 }
 
-/// Stress [MPa] of a half-space at `x` from a force of 1 N down at the origin.
+/// Stress [MPa] of a half-space at `x` due to a vertical force of 1 N at the origin.
 fn point_stress(x: &Vec3) -> Mat3 {
     let (r, rho, z) = (x.x.hypot(x.y), x.norm(), -x.z);
     let (s, c) = if r > 0.0 { (x.y / r, x.x / r) } else { (0.0, 1.0) };
@@ -97,7 +98,7 @@ fn point_stress(x: &Vec3) -> Mat3 {
     Mat3::new(xx, xy, c * shear, xy, yy, s * shear, c * shear, s * shear, down) / TAU
 }
 
-/// Sides of elements whose four nodes lie where coordinate `axis` is `at`.
+/// Faces of elements whose four nodes have coordinate `axis` equal to `at`.
 fn faces(mesh: &HexMesh, axis: usize, at: f64) -> Vec<[usize; 4]> {
     const SIDES: [[usize; 4]; 6] =
         [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
@@ -108,7 +109,7 @@ fn faces(mesh: &HexMesh, axis: usize, at: f64) -> Vec<[usize; 4]> {
     mesh.elements.iter().flat_map(of).filter(on).collect()
 }
 
-/// Far off the surface sinks as below a force at a point, and what a block's faces carry is the force.
+/// Far away the surface settles as under a point force, and the faces of a block carry the force.
 #[test]
 fn surface_and_faces_are_those_of_hertz() {
     let (a, radius) = (0.03, 30.0);

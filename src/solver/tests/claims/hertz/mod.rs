@@ -1,4 +1,4 @@
-//! Hertz, both ways: a rigid sphere or cylinder on an elastic block, an elastic crown under a rigid flat.
+//! Hertz contact, both ways: a rigid sphere or cylinder on an elastic block, an elastic crown under a rigid flat.
 
 mod halfspace;
 mod sphere;
@@ -19,15 +19,15 @@ const RADIUS: f64 = 30.0;
 /// `E / (1 - nu^2)` [MPa].
 const MODULUS: f64 = 210_000.0 / 0.91;
 
-/// Which body is curved.
+/// The curved body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Curved {
     Tool,
     Block,
 }
 
-/// Nodes of a unit block placed below z = 0, finest at the origin (the same mapping for any number of elements). A
-/// curved block falls away as `r^2 / 2R` near the origin.
+/// Maps the nodes of a unit block to a block below z = 0, finest at the origin (the same mapping for any number of
+/// elements). The top of a curved block is `r^2 / 2R` lower near the origin.
 fn grade(mesh: &mut HexMesh, size: f64, grading: f64, round: f64, line: bool, curved: Curved) {
     let place = |share: f64| size * (grading * share).sinh() / grading.sinh();
     for node in &mut mesh.nodes {
@@ -40,7 +40,7 @@ fn grade(mesh: &mut HexMesh, size: f64, grading: f64, round: f64, line: bool, cu
     }
 }
 
-/// A cylinder about the y axis, from 12 degrees to one side of its lowest line to 12 degrees to the other.
+/// A cylinder about the y axis, within 12 degrees on either side of its lowest line.
 fn cylinder() -> ToolModel {
     let half = 12.0_f64.to_radians();
     Builder::new("cylinder")
@@ -53,8 +53,8 @@ fn cylinder() -> ToolModel {
 }
 
 /// Line contact under a force `F'`: the pressure at the columns of nodes against `p0 sqrt(1 - (x/a)^2)` with
-/// `a^2 = 4 F' R / (pi E*)`. The peak over Hertz's, less one, and the mean of what is wrong, over the mean pressure. Half
-/// a block of `n` x 1 x `n` elements in plane strain, 40 half widths wide and deep.
+/// `a^2 = 4 F' R / (pi E*)`. Relative error of the peak, and mean error over the mean pressure. Half a block of
+/// `n` x 1 x `n` elements in plane strain, 40 half widths wide and deep.
 fn line(curved: Curved, n: usize) -> [f64; 2] {
     let a = 0.3;
     let force = PI * a * a * MODULUS / (4.0 * RADIUS);

@@ -1,4 +1,4 @@
-//! Point contact under a given force: the approach, and the distribution of the pressure.
+//! Point contact under a given force: approach, and pressure distribution.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -14,14 +14,14 @@ use crate::solver::{
 };
 use crate::tool::ToolModel;
 
-/// Contact radius [mm]: a thousandth of the sphere's, strains of 0.05 %, small as Hertz has them.
+/// Contact radius [mm]: a thousandth of the radius of the sphere; strains of 0.05 %, small as in Hertz theory.
 const A: f64 = 1e-3 * RADIUS;
-/// Width and depth of the block [mm]; the forces on its faces stand for the rest of the half-space.
+/// Width and depth of the block [mm]; the forces on its faces represent the rest of the half-space.
 const SIZE: f64 = 6.0 * A;
-/// How much finer elements are in the middle (see [`grade`]).
+/// Refinement at the centre (see [`grade`]).
 const GRADING: f64 = 3.5;
 
-/// Force [N] that makes this contact radius.
+/// Force [N] for this contact radius.
 fn force() -> f64 {
     4.0 / 3.0 * MODULUS * A.powi(3) / RADIUS
 }
@@ -30,7 +30,7 @@ fn rigid(curved: Curved) -> ToolModel {
     match curved {
         Curved::Block => square("flat", 0.0, false),
         Curved::Tool => {
-            // Twelve rings of patches out to 1.5 times the block's width.
+            // Twelve rings of patches up to 1.5 times the width of the block.
             let reach = -FRAC_PI_2 + 1.5 * SIZE / RADIUS;
             let ball = [arc(12, [0.0, RADIUS], RADIUS, [-FRAC_PI_2, reach], 1.0)];
             revolved("ball", 6, FRAC_PI_2, &ball)
@@ -38,8 +38,9 @@ fn rigid(curved: Curved) -> ToolModel {
     }
 }
 
-/// Shares of the force at which is looked, so that the contact's edge meets elements of every mesh at many places: at one
-/// force alone the error changes its sign with the node that the edge has just reached.
+/// Fractions of the force at which errors are evaluated, so that the edge of contact has many positions relative to
+/// the elements of every mesh. At a single force the sign of the error depends on the node that the edge has just
+/// reached.
 fn shares() -> Vec<f64> {
     (0..8).map(|k| 0.44 + 0.08 * f64::from(k)).collect()
 }
@@ -49,7 +50,7 @@ fn process(curved: Curved, mesh: HexMesh) -> SimulationSetup {
     let mut constraints = Constraints::none(mesh.nodes.len());
     constraints.symmetry_plane(&mesh.nodes, 0, 0.0, 1e-9);
     constraints.symmetry_plane(&mesh.nodes, 1, 0.0, 1e-9);
-    // All forces balance: one node, deep below the middle, keeps the block from going up or down as a whole.
+    // All forces are self-equilibrated: one node, deep below the centre, is held against vertical rigid motion.
     constraints.hold(0, 2);
     let loads = Pressed::new(force(), A).forces(&mesh, SIZE);
     let tools = vec![tool("rigid", rigid(curved), -Vec3::z(), SheetSide::Top, 0.0)];
@@ -62,8 +63,9 @@ fn process(curved: Curved, mesh: HexMesh) -> SimulationSetup {
     all
 }
 
-/// What is wrong, root mean square over the shares of the force: the force at the approach found, over Hertz's; the pressure
-/// at the nodes, root mean square over the disc, over the mean pressure; the pressure in the middle. And the force's worst.
+/// Errors, root mean square over the fractions of the force: force at the computed approach over that of Hertz; nodal
+/// pressure (root mean square over the disc) over the mean pressure; pressure at the centre. Then the largest error
+/// of the force.
 #[derive(Debug, Default)]
 struct Wrong {
     force: f64,
@@ -72,9 +74,9 @@ struct Wrong {
     worst: f64,
 }
 
-/// Pressures at the nodes of the top, squared differences from Hertz's at a contact radius `a` [mm] over the disc, over the
-/// mean pressure; and the difference in the middle over Hertz's. `x`: places of the nodes along either side.
-fn pressure_off(load: &[f64], x: &[f64], a: f64) -> [f64; 2] {
+/// Nodal pressures at the top: squared differences from Hertz at a contact radius `a` [mm] over the disc, over the
+/// mean pressure; and the relative difference at the centre. `x`: positions of the nodes along either side.
+fn pressure_error(load: &[f64], x: &[f64], a: f64) -> [f64; 2] {
     let (last, peak) = (x.len() - 1, 2.0 * MODULUS * a / (PI * RADIUS));
     let width = |k: usize| 0.5 * (x[(k + 1).min(last)] - x[k.saturating_sub(1)]);
     let off = |k: usize| {
@@ -104,7 +106,7 @@ fn sphere(curved: Curved, n: usize) -> Wrong {
         let approach = r.tools[0].travel + r.share * sinks;
         let force = (a * a / RADIUS / approach).powf(1.5) - 1.0;
         let load: Vec<f64> = tops.iter().map(|node| -r.contact_forces[3 * node + 2]).collect();
-        let [pressure, peak] = pressure_off(&load, &x, a);
+        let [pressure, peak] = pressure_error(&load, &x, a);
         wrong.force += force * force;
         wrong.pressure += pressure;
         wrong.peak += peak * peak;
@@ -121,8 +123,9 @@ fn sphere(curved: Curved, n: usize) -> Wrong {
     }
 }
 
-/// Linear elements: the force, an energy, should go with the square of their size; the pressure, which rises from its edge
-/// as a root does, with their size. `KANAGATA_HERTZ=18` takes that many elements along a side for the finest mesh.
+/// Linear elements: the error of the force, an energy, should be of second order in the element size; that of the
+/// pressure, which has a square-root edge, of first order. `KANAGATA_HERTZ=18` sets the number of elements along a
+/// side of the finest mesh.
 #[test]
 fn force_and_pressure_of_a_sphere_and_of_a_crown() {
     let given = std::env::var("KANAGATA_HERTZ").ok().and_then(|text| text.parse().ok());

@@ -156,7 +156,7 @@ fn what_multiplies_itself_is_bounded_and_told() {
     // 13315 pieces that do not follow an offset surface that folds: the face is lost.
     let folding = told("offset-that-folds.igs", "offset-coarse");
     assert!(folding.faces.is_empty(), "{} faces", folding.faces.len());
-    assert!(folding.lost[0].reason.contains("folds"), "{:?}", folding.lost);
+    assert!(folding.lost[0].reason.contains("self-intersects"), "{:?}", folding.lost);
     // 256 squares in a row, each over nearly all the others: some 130000 places where a corner lies on a side.
     let overlapping = told("faces-on-each-other.stp", "faces-overlap");
     assert_eq!(overlapping.faces.len(), 256);

@@ -326,7 +326,7 @@ mod processes {
         let now = at_work(&bends, before.increment);
         let second = solver().output().unwrap();
         let said = String::from_utf8_lossy(&second.stderr);
-        assert_eq!(second.status.code(), Some(4), "{said}");
+        assert_eq!(second.status.code(), Some(2), "{said}");
         assert!(said.contains("works in this folder") && said.contains("-o"), "{said}");
         assert!(said.contains(&format!("process {}", left.id())), "{said}");
         let begun = begun_at(&bends);

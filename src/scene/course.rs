@@ -168,14 +168,14 @@ mod tests {
     }
 
     #[test]
-    fn shares_rise_to_one() {
+    fn fractions_rise_to_one() {
         let fault = |text: &str| course(text).fault().unwrap();
         assert!(fault("[]")[1].contains("empty"));
         let [place, found, allowed] = fault("[[0, 0], [0.5, 1], [0.5, 2], [1, 3]]");
-        assert_eq!((place.as_str(), found.as_str()), ("[2]", "share 0.5 after 0.5"));
+        assert_eq!((place.as_str(), found.as_str()), ("[2]", "fraction 0.5 after 0.5"));
         assert!(allowed.contains("rising"), "{allowed}");
-        assert_eq!(fault("[[-0.1, 0], [1, 3]]")[1], "share -0.1");
-        assert_eq!(fault("[[0, 0], [1.5, 3]]")[1], "share 1.5 after 0");
+        assert_eq!(fault("[[-0.1, 0], [1, 3]]")[1], "fraction -0.1");
+        assert_eq!(fault("[[0, 0], [1.5, 3]]")[1], "fraction 1.5 after 0");
         assert!(fault("[[0, 0], [0.5, 3]]")[2].contains("1 as the last fraction"));
     }
 }

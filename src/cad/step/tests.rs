@@ -312,7 +312,7 @@ fn doubling_composites_and_circles_of_curves_are_refused() {
     let error = curve_of(&data, 410).unwrap_err();
     assert!(error.contains("self-multiplying"), "{error}");
     let error = curve_of("#5=SURFACE_CURVE('',#5,(),.CURVE_3D.);", 5).unwrap_err();
-    assert!(error.contains("#5 (SURFACE_CURVE)") && error.contains("circle"), "{error}");
+    assert!(error.contains("#5 (SURFACE_CURVE)") && error.contains("cyclic"), "{error}");
 }
 
 /// Two hundred levels of a set that contains itself twice: each path ends with a message.

@@ -84,7 +84,7 @@ fn unknown_keys_and_values_out_of_range_are_named() {
         fails(|s| s["stages"][0]["drive"] = serde_json::json!({"die": drive}))
     };
     let message = drive(serde_json::json!({"travel_mm": [[0, 0], [0.5, 5], [0.4, 3]]}));
-    assert!(message.contains("stages[0].drive.die.travel_mm[2]: found share 0.4"), "{message}");
+    assert!(message.contains("stages[0].drive.die.travel_mm[2]: found fraction 0.4"), "{message}");
     let message = drive(serde_json::json!({"force_n": [[0, 0], [0.5, 5]]}));
     assert!(message.contains("drive.die.force_n[1]"), "{message}");
     let message = drive(serde_json::json!({"force_n": [[0.5, 10], [1, -5]]}));

@@ -5,6 +5,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use kanagata::cad::{build, read_raw};
+use kanagata::convert::{ConvertError, ConvertOptions, convert};
+use kanagata::mesh::mapped::{MappedOptions, mesh};
 use rayon::prelude::*;
 
 use self::dice::Dice;
@@ -163,6 +165,24 @@ fn what_multiplies_itself_is_bounded_and_told() {
     assert!(overlapping.edges.len() < 40_000, "{} edges", overlapping.edges.len());
     // 1024 half discs about one axis.
     assert_eq!(told("arcs-with-the-same-ends.stp", "faces-overlap").faces.len(), 1024);
+}
+
+/// Vertices of these splines of noise lie off their surfaces: each search looks at all of one. The face is refused by name, on
+/// one thread and on several.
+#[test]
+fn a_face_whose_closest_points_cost_too_much_is_refused_by_name() {
+    let name = "splines-of-noise-3.convert.stp";
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/fuzz").join(name);
+    let raw = read_raw(&std::fs::read(path).unwrap(), name).unwrap();
+    let (model, _) = build::build_with(raw, name, build::Creases::Cut);
+    let options = MappedOptions { arc_divisions: 1, ..MappedOptions::default() };
+    let mesh = mesh(&model, &options).unwrap();
+    let found = [1, 3].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| convert(&model, &mesh, &ConvertOptions::default()).unwrap_err())
+    });
+    assert!(matches!(found[0], ConvertError::Searches { .. }), "{}", found[0]);
+    assert_eq!(found[0], found[1]);
 }
 
 fn step(data: &str) -> Vec<u8> {

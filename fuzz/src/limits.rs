@@ -10,9 +10,9 @@ const MEMORY: usize = 64 << 20;
 const MEMORY_RATIO: usize = 32;
 /// Time that reading an input may take [s]: of the processor, so that a busy machine finds nothing.
 pub const SECONDS: f64 = 1.0;
-/// Time that reading, two conversions and two audits of an input may take [s]: above what the search budgets of 4 faces and
-/// the evaluations of audits need in this build, which takes twice the time of others.
-pub const SECONDS_CONVERTING: f64 = 20.0;
+/// Time that reading, two conversions and two audits of an input may take [s]: above what the search budgets of a face of
+/// 1,000 elements and the evaluations of audits need in this build, which takes twice the time of others.
+pub const SECONDS_CONVERTING: f64 = 30.0;
 
 /// The system's allocator, which counts what is held [bytes] and stops the process above a limit.
 struct Counting;

@@ -35,6 +35,8 @@ pub type Reader = fn(&[u8]) -> Outcome;
 const ELEMENTS_MAX: usize = 200;
 /// Faces of a CAD model above which it is not converted.
 const FACES_MAX: usize = 4;
+/// Elements of a mesh above which it is not converted.
+const MESH_ELEMENTS_MAX: usize = 1_000;
 /// Cases of a study above which they are not kept: each has its scene.
 const CASES_MAX: usize = 16;
 /// Elements of a mesh above which it is not made a tool.
@@ -104,6 +106,10 @@ fn converted(bytes: &[u8], to_bezier: bool) -> Outcome {
     }
     let divided = MappedOptions { arc_divisions: 1, ..MappedOptions::default() };
     let mesh = mesh(&model, &divided).map_err(words)?;
+    // Time and memory of finer meshes are those of their patches.
+    if mesh.elements.len() > MESH_ELEMENTS_MAX {
+        return Err(format!("{} elements", mesh.elements.len()));
+    }
     let nagata = kanagata::convert::convert(&model, &mesh, &ConvertOptions::default());
     let nagata = nagata.map_err(words).and_then(|(tool, _)| audited(&model, &tool));
     if !to_bezier {

@@ -127,18 +127,19 @@ impl SurfaceMesh {
         for e in &self.elements {
             e.nodes().iter().for_each(|&n| new_id[n as usize] = 0);
         }
-        let mut kept = Vec::new();
-        for (id, p) in new_id.iter_mut().zip(&self.vertices) {
+        let mut kept = 0;
+        for (old, id) in new_id.iter_mut().enumerate() {
             if *id == 0 {
-                *id = kept.len() as u32;
-                kept.push(*p);
+                *id = kept as u32;
+                self.vertices[kept] = self.vertices[old];
+                kept += 1;
             }
         }
+        self.vertices.truncate(kept);
         for e in &mut self.elements {
             let count = usize::from(e.count);
             e.nodes[..count].iter_mut().for_each(|n| *n = new_id[*n as usize]);
         }
-        self.vertices = kept;
     }
 }
 

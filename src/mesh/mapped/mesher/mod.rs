@@ -313,8 +313,14 @@ impl<'m> Mesher<'m> {
 
     /// The mesh of some faces.
     pub(super) fn merge(&self, border: Border, works: Vec<(usize, Patchwork)>) -> SurfaceMesh {
-        let mut out = SurfaceMesh { vertices: border.points, elements: Vec::new() };
-        for (f, work) in &works {
+        let count_of = |of: fn(&Patchwork) -> usize| works.iter().map(|(_, work)| of(work)).sum();
+        let mut out = SurfaceMesh {
+            vertices: border.points,
+            elements: Vec::with_capacity(count_of(|work| work.elements.len())),
+        };
+        out.vertices.reserve_exact(count_of(|work| work.nodes.len()));
+        // Each face's work is dropped when it is merged: a fine mesh is not held twice.
+        for (f, work) in works {
             let mut ids = Vec::with_capacity(work.nodes.len());
             for node in &work.nodes {
                 ids.push(node.id.unwrap_or(out.vertices.len() as u32));
@@ -324,8 +330,8 @@ impl<'m> Mesher<'m> {
             }
             for e in &work.elements {
                 let ring: Vec<u32> = e.nodes().iter().map(|&n| ids[n as usize]).collect();
-                if let Some(e) = Element::from_ring(&ring, *f as u32) {
-                    let flipped = self.model.faces[*f].flipped;
+                if let Some(e) = Element::from_ring(&ring, f as u32) {
+                    let flipped = self.model.faces[f].flipped;
                     out.elements.push(if flipped { e.reversed() } else { e });
                 }
             }

@@ -111,7 +111,7 @@ fn giving_up_names_the_place_and_leaves_state_and_residuals() {
     let thickness = |name: &str| record["thickness"][name].as_f64().unwrap();
     let is_thin = thickness("minimum_mm") < 0.5 * thickness("initial_mm");
     assert!(said.contains("doubt thickness-below-half") == is_thin, "{said}");
-    assert!(record["message"].as_str().unwrap().contains("A check of the scene names places"));
+    assert!(record["message"].as_str().unwrap().contains("A check of the scene reports"));
     let count = |name: &str| record[name].as_u64().unwrap();
     assert!(count("step_cuts") > 0 && count("iterations") > 3 * count("step_cuts") / 2, "{record}");
 

@@ -394,6 +394,6 @@ fn replicas_of_swept_surfaces_reach_as_far_as_their_faces() {
         let ends = swept.domain().map(|t| swept.point(t));
         assert!(ends.iter().all(|p| (p.x - 30.0).abs() < 1e-9), "{surface}: {ends:?}");
         let [low, high] = [ends[0].z.min(ends[1].z), ends[0].z.max(ends[1].z)];
-        assert!(low <= 5.0 && high >= 25.0 && high < 100.0, "{surface}: {low} to {high}");
+        assert!(low <= 5.0 && (25.0..100.0).contains(&high), "{surface}: {low} to {high}");
     }
 }

@@ -216,22 +216,25 @@ fn page(card: &MaterialCard, function: Option<&YieldFunction>) -> Page {
         );
         layout["yaxis"]["scaleanchor"] = "x".into();
         page.plot(&traces, &layout, 560);
-        page.heading("Anisotropy");
-        let x: Vec<f64> = (0..=90).map(f64::from).collect();
-        let of = |name: &str, value: &dyn Fn(f64) -> f64| Series {
-            name: name.into(),
-            x: x.clone(),
-            y: x.iter().map(|a| value(a.to_radians())).collect(),
-        };
-        let series = [
-            of("r value", &|a| function.r_value(a)),
-            of("yield ratio", &|a| function.yield_ratio(a)),
-        ];
-        let (traces, layout) = lines(&series, "angle to rolling [deg]", "");
-        page.plot(&traces, &layout, 420);
-        page.table(&["angle [deg]", "r", "yield ratio"], &angles(function));
+        add_anisotropy(&mut page, function);
     }
     page
+}
+
+/// Adds r values and yield ratios over the angle to the rolling direction.
+fn add_anisotropy(page: &mut Page, function: &YieldFunction) {
+    page.heading("Anisotropy");
+    let x: Vec<f64> = (0..=90).map(f64::from).collect();
+    let of = |name: &str, value: &dyn Fn(f64) -> f64| Series {
+        name: name.into(),
+        x: x.clone(),
+        y: x.iter().map(|a| value(a.to_radians())).collect(),
+    };
+    let series =
+        [of("r value", &|a| function.r_value(a)), of("yield ratio", &|a| function.yield_ratio(a))];
+    let (traces, layout) = lines(&series, "angle to rolling [deg]", "");
+    page.plot(&traces, &layout, 420);
+    page.table(&["angle [deg]", "r", "yield ratio"], &angles(function));
 }
 
 /// Fractions of the shear yield stress at which the locus is drawn.

@@ -48,17 +48,14 @@ pub fn through_thickness_shear(
     let (pressed, flows): (Vec<bool>, Vec<bool>) = faces.iter().enumerate().map(state).unzip();
     let flat = flat(mesh, &pressed);
     let count = |which: &[bool]| which.iter().zip(&flat).filter(|(a, b)| **a && **b).count();
-    let share = count(&flows) as f64 / count(&pressed) as f64;
+    let fraction = count(&flows) as f64 / count(&pressed) as f64;
     let first = flows
         .iter()
         .zip(&flat)
         .position(|(a, b)| *a && *b)
-        .filter(|_| share > SHEARED_FRACTION_MIN)?;
-    Some(ThroughThicknessShearRecord {
-        first_increment: increment,
-        fraction: share,
-        at_mm: positions[first].into(),
-    })
+        .filter(|_| fraction > SHEARED_FRACTION_MIN)?;
+    let at_mm = positions[first].into();
+    Some(ThroughThicknessShearRecord { first_increment: increment, fraction, at_mm })
 }
 
 /// Nodes of face elements around a node whose adjacent nodes are all pressed. Nodes under edges and lines of contact are

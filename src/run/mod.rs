@@ -314,11 +314,7 @@ impl Run<'_> {
         if gave_up.is_some() {
             folder.record_failure(simulation)?;
         }
-        let verdict = match &outcome {
-            Ok(()) => Verdict::Completed,
-            Err(SimulationError::Stopped { .. }) => Verdict::Stopped,
-            Err(_) => Verdict::NotConverged,
-        };
+        let verdict = verdict_of(&outcome);
         let more = gave_up.map_or(String::new(), |(_, begins)| {
             failure_details(&folder.record, simulation, begins)
         });
@@ -339,5 +335,14 @@ impl Run<'_> {
             more,
             folder: Some(folder.path.clone()),
         })
+    }
+}
+
+/// Verdict of a run that ended, before its doubts are judged.
+fn verdict_of(outcome: &Result<(), SimulationError>) -> Verdict {
+    match outcome {
+        Ok(()) => Verdict::Completed,
+        Err(SimulationError::Stopped { .. }) => Verdict::Stopped,
+        Err(_) => Verdict::NotConverged,
     }
 }

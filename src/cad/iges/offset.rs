@@ -44,11 +44,8 @@ impl Reader<'_, '_> {
         let Some(normal) = unit(normal) else {
             return Err(p.fault("normal 0, 0, 0", "a unit vector"));
         };
-        if flag == 3 {
-            return Err(p.fault("FLAG = 3, distance by a function", "1 (constant) or 2 (linear)"));
-        }
-        if flag == 2 && by_length && d1 != d2 {
-            return Err(p.fault("PTYPE = 1, distance linear in the arc length", "2 (parameter)"));
+        if let Some((found, allowed)) = unsupported_law(flag, by_length && d1 != d2) {
+            return Err(p.fault(found, allowed));
         }
         if self.file.entry(base).kind == 130 && (base == entity || depth + 1 > 4) {
             return Err(p.fault("an offset of itself", "a base curve of another kind"));
@@ -155,6 +152,16 @@ fn normal_in_middle(basis: &BasisSurface) -> Option<Vec3> {
     };
     let (s, su, sv) = (at(0.0, 0.0)?, at(1.0, 0.0)?, at(0.0, 1.0)?);
     unit((su - s).cross(&(sv - s)))
+}
+
+/// What makes a distance law unsupported, and what is supported instead; `by_length`: the distance varies with the arc
+/// length.
+fn unsupported_law(flag: i64, by_length: bool) -> Option<(&'static str, &'static str)> {
+    match flag {
+        3 => Some(("FLAG = 3, distance by a function", "1 (constant) or 2 (linear)")),
+        2 if by_length => Some(("PTYPE = 1, distance linear in the arc length", "2 (parameter)")),
+        _ => None,
+    }
 }
 
 /// Offset distance [mm] and its derivative: linear (FLAG 2) from `d1` at `t1` to `d2` at `t2`, or constant.

@@ -223,11 +223,8 @@ impl Search<'_> {
         let corner = self.form.min_corner(&self.f);
         let mut foot = None;
         // Newton is also started with little to gain: a foot point just across the edge of two patches becomes exact.
-        if cell.depth < NEWTON_DEPTH_MAX
-            || smallest >= threshold
-            || corner < 0.0
-            || curvature.convex()
-        {
+        let likely = smallest >= threshold || corner < 0.0 || curvature.convex();
+        if cell.depth < NEWTON_DEPTH_MAX || likely {
             let before = best.distance;
             let st = self.newton_in(piece, cell, at, best);
             foot = Some((st - cell.low).component_div(&cell.width).map(|t| t.clamp(0.0, 1.0)));
@@ -241,10 +238,8 @@ impl Search<'_> {
         }
         let convex = curvature.convex();
         let bounded = |x: Vec2| self.form.tangent_bound(&self.f, x) >= threshold;
-        if smallest >= threshold
-            || (convex && foot.is_some_and(bounded))
-            || cell.depth >= BISECTION_DEPTH_MAX
-        {
+        let proved = smallest >= threshold || (convex && foot.is_some_and(bounded));
+        if proved || cell.depth >= BISECTION_DEPTH_MAX {
             return None;
         }
         // Bisect along the direction of the largest second derivative.

@@ -120,11 +120,7 @@ impl Encoding {
         }
         let head = first.checked_add(3).and_then(|n| n.checked_mul(word)).ok_or_else(too_long)?;
         let lengths = source.take(head)?;
-        let mut ends = vec![head];
-        for k in 3..3 + first {
-            let end = ends[k - 3].checked_add(self.length(&lengths, k)).ok_or_else(too_long)?;
-            ends.push(end);
-        }
+        let ends = self.block_ends(&lengths, (head, first)).ok_or_else(too_long)?;
         let compressed = source.take(ends[first])?;
         let block = self.length(&lengths, 1);
         let mut data = Vec::new();
@@ -145,6 +141,16 @@ impl Encoding {
             }
         }
         Ok(data)
+    }
+
+    /// Offsets at which `blocks` compressed blocks behind a head of `head` bytes end, the head first; `None` if they exceed
+    /// the address space.
+    fn block_ends(self, lengths: &[u8], (head, blocks): (usize, usize)) -> Option<Vec<usize>> {
+        let mut ends = vec![head];
+        for k in 3..3 + blocks {
+            ends.push(ends[k - 3].checked_add(self.length(lengths, k))?);
+        }
+        Some(ends)
     }
 
     /// The k-th length; `usize::MAX` if it exceeds the address space.

@@ -21,9 +21,7 @@ const APPROACH_REL: f64 = 0.05;
 pub(super) fn finding(setup: &SimulationSetup, tool: usize) -> Option<Finding> {
     let own = &setup.tools[tool];
     let [low, high] = travel_range(setup, tool)?;
-    let pulled =
-        setup.loads.chunks_exact(3).map(|f| own.direction.dot(&Vec3::from_column_slice(f)));
-    if high <= low || pulled.into_iter().any(|force| force.abs() > 1e-9) {
+    if high <= low || is_loaded_along(setup, &own.direction) {
         return None;
     }
     let ends = [low, high].map(|travel| (travel, distance(setup, own, travel)));
@@ -58,6 +56,12 @@ pub(super) fn finding(setup: &SimulationSetup, tool: usize) -> Option<Finding> {
             "check its place, direction and travel".into(),
         )
     })
+}
+
+/// Whether nodal loads have a component along `direction`.
+fn is_loaded_along(setup: &SimulationSetup, direction: &Vec3) -> bool {
+    let mut along = setup.loads.chunks_exact(3).map(|f| direction.dot(&Vec3::from_column_slice(f)));
+    along.any(|force| force.abs() > 1e-9)
 }
 
 /// Total travel of all other tools that are driven by travel [mm].

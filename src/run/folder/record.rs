@@ -88,21 +88,11 @@ impl RunFolder {
     /// Records the errors of equilibrium, energy and volume.
     fn update_errors(&mut self, report: &IncrementReport<'_>) {
         let record = &mut self.record;
-        // Tool forces and internal forces of all tools and constrained planes cancel in equilibrium. The check compares
-        // the sum of nodal contact forces of the modelled part with the sum of tool force vectors.
-        let nodal = report.contact_forces.chunks_exact(3).fold([0.0; 3], |mut sum, f| {
-            (0..3).for_each(|k| sum[k] += f[k]);
-            sum
-        });
-        let tools = report.tools.iter().fold([0.0; 3], |mut sum, t| {
-            (0..3).for_each(|k| sum[k] += t.force_vector[k]);
-            sum
-        });
         let largest =
             report.tools.iter().flat_map(|t| t.force_vector).fold(0.0, |m: f64, f| m.max(f.abs()));
         self.force_scale = self.force_scale.max(largest);
         if self.force_scale > 0.0 {
-            let off = (0..3).map(|k| (nodal[k] - tools[k]).abs()).fold(0.0, f64::max);
+            let off = force_imbalance(report);
             record.force_error = record.force_error.max(off / self.force_scale);
         }
         let e = &report.energies;
@@ -131,4 +121,18 @@ impl RunFolder {
         let volume = report.volume_balance.map(|off| off.max(record.volume_error.unwrap_or(0.0)));
         record.volume_error = volume.or(record.volume_error);
     }
+}
+
+/// Largest component of the difference between the sum of nodal contact forces of the modelled part and the sum of tool
+/// force vectors [N]: zero in equilibrium, in which forces of all tools and constrained planes cancel.
+fn force_imbalance(report: &IncrementReport<'_>) -> f64 {
+    let nodal = report.contact_forces.chunks_exact(3).fold([0.0; 3], |mut sum, f| {
+        (0..3).for_each(|k| sum[k] += f[k]);
+        sum
+    });
+    let tools = report.tools.iter().fold([0.0; 3], |mut sum, t| {
+        (0..3).for_each(|k| sum[k] += t.force_vector[k]);
+        sum
+    });
+    (0..3).map(|k| (nodal[k] - tools[k]).abs()).fold(0.0, f64::max)
 }

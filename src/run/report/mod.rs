@@ -48,23 +48,8 @@ const STAGE_TRAVEL_MIN_REL: f64 = 0.01;
 /// The abscissa of force curves and its title: travel of the moving tool. If stages move different tools, their travels
 /// are added up.
 fn path(history: &History) -> (Vec<f64>, String) {
-    let mut stages: Vec<(usize, usize, f64)> = Vec::new();
+    let stages = leading_tools(history);
     let travel = |row: usize, tool: usize| history.rows[row].travel_mm[tool];
-    let before = |row: usize, tool: usize| if row == 0 { 0.0 } else { travel(row - 1, tool) };
-    let mut first = 0;
-    for stage in history.rows.chunk_by(|a, b| a.stage == b.stage) {
-        let last = first + stage.len() - 1;
-        let stage_travel = |tool: usize| (travel(last, tool) - before(first, tool)).abs();
-        let tools = 0..history.tools.len();
-        let leading =
-            tools.max_by(|&a, &b| stage_travel(a).total_cmp(&stage_travel(b))).unwrap_or_default();
-        stages.push((
-            first,
-            leading,
-            if history.tools.is_empty() { 0.0 } else { stage_travel(leading) },
-        ));
-        first += stage.len();
-    }
     let longest = stages.iter().map(|s| s.2).fold(0.0, f64::max);
     let mut moving: Vec<usize> =
         stages.iter().filter(|s| s.2 > STAGE_TRAVEL_MIN_REL * longest).map(|s| s.1).collect();
@@ -79,7 +64,7 @@ fn path(history: &History) -> (Vec<f64>, String) {
         let end = stages.get(k + 1).map_or(history.rows.len(), |next| next.0);
         for row in first..end {
             let step = if stage_travel > STAGE_TRAVEL_MIN_REL * longest {
-                travel(row, tool) - before(row, tool)
+                travel(row, tool) - travel_before(history, row, tool)
             } else {
                 0.0
             };
@@ -89,6 +74,28 @@ fn path(history: &History) -> (Vec<f64>, String) {
     }
     let names: Vec<&str> = moving.iter().map(|&tool| history.tools[tool].as_str()).collect();
     (travelled, format!("travel of {} [mm]", names.join(", then ")))
+}
+
+/// Travel of a tool before a row of the history [mm].
+fn travel_before(history: &History, row: usize, tool: usize) -> f64 {
+    row.checked_sub(1).map_or(0.0, |row| history.rows[row].travel_mm[tool])
+}
+
+/// First row of each stage, the tool with the longest travel in it, and that travel [mm].
+fn leading_tools(history: &History) -> Vec<(usize, usize, f64)> {
+    let mut stages = Vec::new();
+    let mut first = 0;
+    for stage in history.rows.chunk_by(|a, b| a.stage == b.stage) {
+        let last = &history.rows[first + stage.len() - 1];
+        let travel =
+            |tool: usize| (last.travel_mm[tool] - travel_before(history, first, tool)).abs();
+        let tools = 0..history.tools.len();
+        let leading = tools.max_by(|&a, &b| travel(a).total_cmp(&travel(b)));
+        let leading = leading.map_or((0, 0.0), |tool| (tool, travel(tool)));
+        stages.push((first, leading.0, leading.1));
+        first += stage.len();
+    }
+    stages
 }
 
 /// One force curve per tool.

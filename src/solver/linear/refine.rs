@@ -227,28 +227,36 @@ impl CheckedSolver {
                     corrections.push((k, residual));
                 }
             }
-            pending = corrections.iter().map(|&(k, _)| k).collect();
+            let mut vectors: Vec<Vec<f64>>;
+            (pending, vectors) = corrections.into_iter().unzip();
             if pending.is_empty() {
                 break;
             }
-            solve_correction(
-                &mut corrections.iter_mut().map(|(_, d)| d.as_mut_slice()).collect::<Vec<_>>(),
-            );
-            for (k, d) in corrections {
-                rhs[k].iter_mut().zip(&d).for_each(|(x, d)| *x += d);
+            solve_correction(&mut slices(&mut vectors));
+            for (&k, d) in pending.iter().zip(&vectors) {
+                rhs[k].iter_mut().zip(d).for_each(|(x, d)| *x += d);
             }
         }
-        let diverging = |k: usize| {
-            let residual_ratio = residual_ratio[k];
-            residual_ratio.is_nan()
-                || residual_ratio > RESIDUAL_LIMIT_REL
-                    && !self.is_rounding_limited(values, k, (&rhs[k], &given[k]), residual_ratio)
+        self.check_accuracy(values, rhs, given, &residual_ratio)
+    }
+
+    /// Refuses the first solution whose residual, relative to its right-hand side, is too large and no rounding.
+    fn check_accuracy(
+        &self,
+        values: &[f64],
+        solutions: &[Vec<f64>],
+        given: &[Vec<f64>],
+        residual_ratios: &[f64],
+    ) -> Result<(), LinearError> {
+        let inaccurate = |&(k, ratio): &(usize, f64)| {
+            ratio.is_nan()
+                || ratio > RESIDUAL_LIMIT_REL
+                    && !self.is_rounding_limited(values, k, (&solutions[k], &given[k]), ratio)
         };
-        match (0..rhs.len()).find(|&k| diverging(k)) {
-            Some(k) => Err(LinearError::Inaccurate {
-                relative: residual_ratio[k],
-                allowed: RESIDUAL_LIMIT_REL,
-            }),
+        match residual_ratios.iter().copied().enumerate().find(inaccurate) {
+            Some((_, relative)) => {
+                Err(LinearError::Inaccurate { relative, allowed: RESIDUAL_LIMIT_REL })
+            }
             None => Ok(()),
         }
     }

@@ -54,15 +54,20 @@ impl Plastic {
             };
             self.return_to_surface(law, &trial, &mut new[range], &mut response)
                 .map_err(|e| (point, e))?;
-            if let Some(rotation) = &self.to_material {
-                let back = tensor::transpose(rotation);
-                response.stress = tensor::apply(&back, &response.stress);
-                let half = tensor::product(&back, &response.tangent);
-                response.tangent = tensor::product(&half, rotation);
-            }
+            self.rotate_from_material(&mut response);
             out.set_point(point, &response);
         }
         Ok(())
+    }
+
+    /// Rotates stress and tangent from material axes to those of the element.
+    #[inline]
+    fn rotate_from_material(&self, response: &mut LogResponse) {
+        let Some(rotation) = &self.to_material else { return };
+        let back = tensor::transpose(rotation);
+        response.stress = tensor::apply(&back, &response.stress);
+        let half = tensor::product(&back, &response.tangent);
+        response.tangent = tensor::product(&half, rotation);
     }
 
     /// Stress, tangent and new history of one point in material axes.
@@ -84,11 +89,7 @@ impl Plastic {
             return Err(MaterialError::ReturnMapping { residual: equivalent, iterations: 0 });
         }
         if equivalent <= flow_stress * (1.0 + YIELD_TOLERANCE) {
-            out.stress = *stress;
-            out.tangent = self.elastic.stiffness();
-            out.elastic_energy = 0.5 * tensor::dot(stress, elastic_strain);
-            out.plastic_work = old[WORK];
-            out.plastic = false;
+            self.set_elastic(trial, out);
             return Ok(());
         }
         let step = general::General::new(self, stress, old, Some(principal));
@@ -109,6 +110,16 @@ impl Plastic {
         out.plastic_work = new[WORK];
         out.plastic = true;
         Ok(())
+    }
+
+    /// The response of a point that stays elastic.
+    #[inline]
+    fn set_elastic(&self, trial: &Trial<'_>, out: &mut LogResponse) {
+        out.stress = trial.stress;
+        out.tangent = self.elastic.stiffness();
+        out.elastic_energy = 0.5 * tensor::dot(&trial.stress, &trial.elastic_strain);
+        out.plastic_work = trial.old[WORK];
+        out.plastic = false;
     }
 
     /// Updates the backstresses; returns the work they store.

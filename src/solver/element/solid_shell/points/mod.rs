@@ -120,19 +120,13 @@ fn set_kinematics<S: Simd>(
     let two = Lane::splat(simd, 2.0);
     for first in rule.groups::<S>() {
         let zeta = Lane::load(simd, &rule.zeta, first);
-        let (mut g, mut h) = (a, b);
-        for i in 0..3 {
-            g[i] = by_a[i].mul_add(zeta, a[i]);
-            h[i] = by_b[i].mul_add(zeta, b[i]);
-        }
+        let [g, h] = base_vectors([&a, &b], [&by_a, &by_b], zeta);
         let dual = [cross(&h, &across), cross(&across, &g), cross(&g, &h)];
         let det = Lane::dot(&g, &dual[0]);
         let over = Lane::splat(simd, 1.0) / det;
         let map = congruence(simd, &stretched(simd, &dual, over, &gradient));
         let det_ratio = over * frame.centre_det;
-        // Orthogonal to constant stress over the thickness.
-        let shape_strain =
-            [zeta * det_ratio, (zeta * zeta - Lane::splat(simd, 1.0 / 3.0)) * det_ratio];
+        let shape_strain = strain_shapes(simd, zeta, det_ratio);
         let thickening =
             shape_strain[0] * frame.thickening[0] + shape_strain[1] * frame.thickening[1];
         let strain = natural(simd, &frame.strain, zeta);
@@ -146,11 +140,32 @@ fn set_kinematics<S: Simd>(
             }
         }
         det.store(&mut points.det, at);
-        shape_strain
-            .iter()
-            .zip(&mut points.shape_strain)
-            .for_each(|(shape_strain, to)| shape_strain.store(to, at));
+        for k in 0..2 {
+            shape_strain[k].store(&mut points.shape_strain[k], at);
+        }
     }
+}
+
+/// Linear and quadratic thickness strain at `zeta`, orthogonal to constant stress over the thickness.
+#[inline(always)]
+fn strain_shapes<S: Simd>(simd: S, zeta: Lane<S>, det_ratio: Lane<S>) -> [Lane<S>; 2] {
+    [zeta * det_ratio, (zeta * zeta - Lane::splat(simd, 1.0 / 3.0)) * det_ratio]
+}
+
+/// Base vectors at the thickness coordinate `zeta`: `along + zeta tilt`, for both in-plane directions.
+#[inline(always)]
+fn base_vectors<S: Simd>(
+    along: [&[Lane<S>; 3]; 2],
+    tilt: [&[Lane<S>; 3]; 2],
+    zeta: Lane<S>,
+) -> [[Lane<S>; 3]; 2] {
+    let mut bases = [*along[0], *along[1]];
+    for k in 0..2 {
+        for i in 0..3 {
+            bases[k][i] = tilt[k][i].mul_add(zeta, along[k][i]);
+        }
+    }
+    bases
 }
 
 /// Component `j` of the `i`-th dual base vector in `[j][i]`, transformed by `U`: `dual` times `over`, by the rows of

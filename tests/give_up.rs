@@ -92,7 +92,7 @@ fn giving_up_names_the_place_and_leaves_state_and_residuals() {
     assert_eq!(code, Some(3), "{said}");
     let words =
         ["stage `crush`", "not converged after 5 iterations", "Nearest tool there", "node "];
-    for words in words.into_iter().chain(["`kanagata-solve check` reports tools"]) {
+    for words in words.into_iter().chain(["try: `kanagata-solve check` on the scene"]) {
         assert!(said.contains(words), "{words}: {said}");
     }
     let node: usize = said

@@ -187,11 +187,7 @@ fn of_solver(error: &SimulationError) -> Option<String> {
             "`kanagata convert FILE --flip`, or the other --sheet-side, turns the normals of the tool round"
                 .into(),
         ),
-        SimulationError::GaveUp { .. } => Some(
-            "`kanagata-solve check` reports tools that start inside the sheet or leave too little clearance, and radii for which elements \
-             are too long"
-                .into(),
-        ),
+        SimulationError::GaveUp { .. } => Some("`kanagata-solve check` on the scene".into()),
         _ => None,
     }
 }

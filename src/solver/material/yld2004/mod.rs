@@ -12,6 +12,9 @@
 //! functions of `L' T` and `L'' T` in their eigenframes. Equal principal values are a limit of the divided
 //! differences, not a special case.
 
+mod phi;
+
+use self::phi::Phi;
 use super::eigen::{Eigen, eigen_batch, eigen_pair};
 use super::hill48::ISOTROPY_TOLERANCE_REL;
 use crate::solver::numbers::lanes::{Eight, POINTS};
@@ -61,17 +64,6 @@ pub struct Derivatives {
 /// Principal values and directions of both transformed stresses.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Principal([Eigen; 2]);
-
-/// `φ` and its derivatives with respect to the transformed stresses `S` and `Z`, each in its eigenframe.
-struct Phi {
-    value: f64,
-    /// `∂φ/∂s_i` and `∂φ/∂z_j`.
-    gradients: [[f64; 3]; 2],
-    /// Diagonals of `∂²φ/∂S²` and `∂²φ/∂Z²` by Mandel component.
-    hessians: [[f64; 6]; 2],
-    /// `-∂²φ/∂s_i∂z_j`.
-    mixed: [[f64; 3]; 3],
-}
 
 /// One transformed stress in its eigenframe.
 struct Frame {
@@ -321,31 +313,6 @@ impl Yld2004 {
         }
         let values = form.symmetric_eigenvalues();
         values.min() / values.max()
-    }
-}
-
-impl Phi {
-    /// Upper triangle of `∂²φ/∂T²`, from the maps of `T` to the two eigenframes; zero below it.
-    #[inline]
-    fn hessian(&self, one: &Mandel66, two: &Mandel66) -> Mandel66 {
-        let [d_s, d_z] = &self.hessians;
-        let mixed: [Mandel; 3] = std::array::from_fn(|i| {
-            std::array::from_fn(|n| (0..3).map(|j| self.mixed[i][j] * two[j][n]).sum())
-        });
-        let mut out = [[0.0; 6]; 6];
-        for m in 0..6 {
-            for n in m..6 {
-                let mut sum = 0.0;
-                for k in 0..6 {
-                    sum += d_s[k] * one[k][m] * one[k][n] + d_z[k] * two[k][m] * two[k][n];
-                }
-                for (row, mixed) in one.iter().zip(&mixed) {
-                    sum -= row[m] * mixed[n] + mixed[m] * row[n];
-                }
-                out[m][n] = sum;
-            }
-        }
-        out
     }
 }
 

@@ -45,7 +45,7 @@ fn remedy(doubt: &Doubt) -> Option<String> {
 
 /// Options of the programs that apply the remedy of a finding, in brackets.
 pub(super) fn options(finding: &Finding) -> String {
-    let auto = finding.auto.then(|| "--auto does it".to_owned());
+    let auto = finding.auto.then(|| "--auto excludes them".to_owned());
     let convert = finding.conversion.map(|conversion| match conversion {
         Conversion::Reachable => "`kanagata convert --reach SCENE`".into(),
         Conversion::Within(mm) => format!("`kanagata convert --tol {mm:.4}mm`"),

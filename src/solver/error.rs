@@ -27,7 +27,7 @@ pub enum SimulationError {
     Linear(#[from] LinearError),
     /// An increment did not converge even with the smallest step.
     #[error(
-        "stage `{stage}`, increment {increment}, share {share:.6}: not converged at a step of {step:.3e} of the stage. {cause}. Nearest tool there: `{tool}`, node {node} at ({x:.3}, {y:.3}, {z:.3}) mm. {remedy}"
+        "stage `{stage}`, increment {increment}, stage fraction {share:.6}: not converged at a step of {step:.3e} of the stage: {cause}. Nearest tool there: `{tool}`, node {node} at ({x:.3}, {y:.3}, {z:.3}) mm. {remedy}"
     )]
     GaveUp {
         /// Stage name.

@@ -1,5 +1,6 @@
 //! Tables at the head of `report.html`: outcome, accuracy, and time of the phases.
 
+use crate::report::digits::four_digits;
 use crate::report::page::Page;
 use crate::report::record::{OverhangRecord, RunRecord};
 
@@ -57,7 +58,7 @@ fn errors(r: &RunRecord) -> Vec<Row> {
         ("force residual", format!("{:.1e} of the largest", r.force_error)),
         ("unaccounted energy", format!("{:.2e} of the work done", r.energy_error)),
         ("internal work not stored", format!("{:.2e} of the work done", r.stored_energy_error)),
-        ("artificial (hourglass) energy", format!("{:.1e} N mm", r.artificial_energy_nmm)),
+        ("artificial (hourglass) energy", format!("{} N mm", four_digits(r.artificial_energy_nmm))),
         ("volume error", volume),
     ]
 }

@@ -1,6 +1,5 @@
 //! Active set of a system: prediction from an iterate and its linearisation, and the resulting changes.
 
-use super::approach::TOUCHING_GAP_REL;
 use super::driven_tools::{keep_pushed_tools, opposed, set_contact};
 use super::update::{Changes, Gap, Pivoting, Predicted, Tolerances, update};
 use crate::geometry::Vec3;
@@ -9,6 +8,7 @@ use crate::solver::limits::Limits;
 use crate::solver::linear::LinearError;
 use crate::solver::system::correction::{Correction, Foretold};
 use crate::solver::system::system::System;
+use crate::solver::tools::way::TOUCHING_GAP_REL;
 
 /// Travel past a stop that counts as rounding, over the shortest edge.
 const TRAVEL_TOLERANCE_REL: f64 = 1e-10;

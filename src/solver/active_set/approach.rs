@@ -6,10 +6,7 @@ use crate::geometry::Vec3;
 use crate::solver::contact::frame::NORMAL_FRACTION_MIN;
 use crate::solver::system::system::System;
 use crate::solver::tools::motion::Motion;
-use crate::solver::tools::way::{STEP_MIN_REL, distance_along};
-
-/// Gap of a node that counts as contact, over the shortest edge.
-pub(super) const TOUCHING_GAP_REL: f64 = 1e-6;
+use crate::solver::tools::way::{RESOLUTION_REL, distance_along};
 
 impl System {
     /// Distance that a tool travels along the unit vector `along` until it meets a node that it can push [mm]; `None`
@@ -60,7 +57,7 @@ impl System {
         let nodes =
             (0..self.node_count()).map(|n| (self.position(n) - own.shift()).dot(&direction));
         let distance_max = nodes.fold(f64::NEG_INFINITY, f64::max) - rear;
-        let round = STEP_MIN_REL * self.lengths.longest_edge;
+        let round = RESOLUTION_REL * self.lengths.longest_edge;
         self.distance_to_sheet(tool, &direction, distance_max)
             .map(|distance| (distance / round).floor() * round)
     }

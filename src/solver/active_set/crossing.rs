@@ -1,116 +1,88 @@
 //! Crossings: nodes that a step moves through a tool, or into it without contact. The result is an equilibrium on the
 //! wrong side of the sheet.
+//!
+//! The path of a node relative to the tool since the last equilibrium is followed by conservative advancement
+//! ([`advance`]); depths below its resolution are ignored. A node that slides around a radius, or separates, moves along
+//! a chord: between entry and exit the surface turns by no more than a right angle. Any other path is a crossing.
 
 use crate::geometry::Vec3;
 use crate::solver::contact::candidate::Candidate;
 use crate::solver::system::system::System;
 use crate::solver::tools::tool::Tool;
-use crate::solver::tools::way::STEP_MIN_REL;
+use crate::solver::tools::way::{RESOLUTION_REL, TOUCHING_GAP_REL, advance};
 
-/// Minimum cosine between the path of a node and the normal of a face that it exits.
-const EXIT_COS_MIN: f64 = 0.5;
+/// Minimum cosine of the turn of the surface between entry and exit of a chord. A node that slides over a right-angled
+/// corner in one step has a turn of 90 degrees; the margin of 6 degrees keeps rounding from deciding.
+const CHORD_TURN_COS_MIN: f64 = -0.1;
 
-/// Depth of a node that left the tool past its border without sliding off, over the search radius.
-const CROSSING_DEPTH_REL: f64 = 0.25;
-
-/// Depth that counts as rounding, over the search radius.
-const DEPTH_ROUNDING_REL: f64 = 1e-9;
-
-/// Maximum cosine between normals of faces on opposite sides of a tool.
-const OPPOSITE_SIDE_COS_MAX: f64 = -0.1;
-
-/// Minimum cosine between normals of faces on the same side, for a node that enters perpendicularly.
-const SAME_SIDE_COS_MIN: f64 = 0.5;
-
-/// Minimum cosine between a path and the inward normal for perpendicular entry, and for entry.
-const PERPENDICULAR_COS_MIN: f64 = 0.9;
-const ENTRY_COS_MIN: f64 = 0.7;
-
-/// Entry of a path into a tool, and its depth.
-struct Entry {
-    /// Length of the path before the entry [mm].
-    at: f64,
+/// Part of a path inside a tool.
+struct Chord {
+    /// Whether the path entered the tool; otherwise it started inside.
+    entered: bool,
     /// Outward normal at the entry.
-    side: Vec3,
-    /// Cosine between the path and the inward normal.
+    normal: Vec3,
+    /// Cosine between the path and the inward normal at the entry.
     inward: f64,
-    /// Maximum depth [mm].
-    depth: f64,
 }
 
-impl Entry {
-    /// Whether a path that exits past the border of the tool has crossed it.
-    fn crosses(&self, reach: f64) -> bool {
-        self.depth > CROSSING_DEPTH_REL * reach
-            || (self.inward > ENTRY_COS_MIN && self.depth > STEP_MIN_REL * reach)
+impl Chord {
+    /// Cosine of the turn of a surface that is symmetric about the middle of the chord.
+    fn symmetric_turn_cos(&self) -> f64 {
+        1.0 - 2.0 * self.inward.max(0.0).powi(2)
     }
 
-    /// Whether a face with this normal is on another side of the tool.
-    fn is_other_side(&self, normal: &Vec3, reach: f64) -> bool {
-        let along = self.side.dot(normal);
-        let straight = self.inward > PERPENDICULAR_COS_MIN && self.depth > STEP_MIN_REL * reach;
-        along < OPPOSITE_SIDE_COS_MAX || (straight && along < SAME_SIDE_COS_MIN)
+    /// Whether the surface turns too far between the entry and a face with this normal, or past the border (`None`).
+    fn crosses(&self, exit: Option<&Vec3>) -> bool {
+        let turn_cos = exit.map_or(1.0, |normal| self.normal.dot(normal));
+        turn_cos.min(self.symmetric_turn_cos()) < CHORD_TURN_COS_MIN
     }
 }
 
 impl Candidate {
-    /// Whether the node has crossed the tool since the last equilibrium: it is on the far side, or inside although it
-    /// came from outside and has no contact (`held`). The relative path is traced in steps of the distance from the
-    /// tool, at least [`STEP_MIN_REL`] times `reach`. A path that enters and exits on the same side is a chord, as of a
-    /// node that slid around a radius or separated. A path that exits past the border slid off the tool, unless it
-    /// was deep inside or entered steeply.
+    /// Whether the node has crossed the tool since the last equilibrium: its path exits on another side, or ends inside
+    /// although it came from outside and the node has no contact (`held`).
     fn passed_through(&self, x: &Vec3, tool: &Tool, reach: f64, held: bool) -> bool {
         let Some(before) = self.before else { return false };
         let path = x - tool.shift() - before;
-        let (length, mut travelled) = (path.norm(), 0.0);
-        let mut entered: Option<Entry> = None;
-        loop {
-            let position = before + path * (travelled / length).min(1.0);
-            let foot = tool.setup.surface.within(&position, None, length + reach);
+        let length = path.norm();
+        let along = path / length;
+        let (mut chord, mut outside): (Option<Chord>, _) = (None, false);
+        for (_, foot) in advance(&tool.setup.surface, &before, &along, [length, reach]) {
             let depth = if foot.past_border { 0.0 } else { -foot.gap };
-            if depth > DEPTH_ROUNDING_REL * reach {
-                let side = foot.normal;
-                let inward = -side.dot(&path) / length;
-                let entry = entered.get_or_insert(Entry { at: travelled, side, inward, depth });
-                entry.depth = entry.depth.max(depth);
-            } else if let Some(entry) = entered.take() {
-                let out_of_back = foot.past_border && entry.crosses(reach);
-                if out_of_back || (!foot.past_border && entry.is_other_side(&foot.normal, reach)) {
-                    return true;
-                }
+            if depth > RESOLUTION_REL * reach {
+                let (entered, normal) = (outside, foot.normal);
+                chord.get_or_insert(Chord { entered, normal, inward: -normal.dot(&along) });
+            } else if let Some(chord) = chord.take()
+                && chord.crosses((!foot.past_border).then_some(&foot.normal))
+            {
+                return true;
             }
-            if travelled >= length {
-                return entered.is_some_and(|entry| {
-                    let came_in = entry.at > 0.0 && depth > STEP_MIN_REL * reach;
-                    (came_in && !held) || entry.is_other_side(&self.foot.normal, reach)
-                });
-            }
-            let past = foot.past_border && foot.gap.is_finite();
-            let clear = if past { (position - foot.point).norm() } else { foot.gap.abs() };
-            travelled += clear.max(STEP_MIN_REL * reach);
+            outside |= depth <= TOUCHING_GAP_REL * reach;
         }
+        chord
+            .is_some_and(|chord| (chord.entered && !held) || chord.crosses(Some(&self.foot.normal)))
     }
 }
 
 impl System {
-    /// A node that crossed a tool since the last equilibrium. Among nodes with a relative displacement up to the
-    /// longest edge, only those are traced that moved away from their closest face, lie past the border, or are
-    /// inside.
+    /// A node that crossed a tool since the last equilibrium. A node farther from the tool than it has moved was never
+    /// inside. Of the others, with a relative displacement up to the longest edge, only those are followed that lie
+    /// past the border, inside, or above the tangent plane of their start.
     pub(in crate::solver) fn passed_through(&self) -> Option<usize> {
         let (x, present) = (self.positions(), self.present());
         let reach = self.lengths.longest_edge;
+        let resolution = RESOLUTION_REL * reach;
         let mut held = vec![false; x.len()];
         self.contact.active().for_each(|(_, c)| held[c.node] = true);
         let crossed = |c: &&Candidate| {
             let (x, tool) = (&x[c.node], &self.tools[c.tool]);
             let path = c.relative_displacement(x, tool);
             let moved = path.norm();
-            let leaves = c.foot.past_border || path.dot(&c.foot.normal) > EXIT_COS_MIN * moved;
-            let inside = !held[c.node] && c.foot.gap < -STEP_MIN_REL * reach;
-            // A node farther from the tool than it has moved was never inside.
-            let far = moved <= c.foot.gap.abs() || moved <= DEPTH_ROUNDING_REL * reach;
-            let is_traced = !far && (leaves || inside || moved > reach);
-            is_traced && c.passed_through(x, tool, reach, held[c.node])
+            let leaves = c.foot.past_border || path.dot(&c.foot.normal) > resolution;
+            let inside = !held[c.node] && c.foot.gap < -resolution;
+            let far = moved <= c.foot.gap.abs() || moved <= resolution;
+            let is_followed = !far && (leaves || inside || moved > reach);
+            is_followed && c.passed_through(x, tool, reach, held[c.node])
         };
         let found = self.contact.candidates.iter().filter(|c| present[c.tool]).find(crossed);
         found.map(|c| c.node)

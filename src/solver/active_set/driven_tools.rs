@@ -1,12 +1,11 @@
 //! Tools driven by force: each keeps at least one contact.
 
-use super::approach::TOUCHING_GAP_REL;
 use crate::solver::contact::candidate::Candidate;
 use crate::solver::linear::LinearError;
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
-use crate::solver::tools::way::FACING_COS_MIN;
+use crate::solver::tools::way::{FACING_COS_MIN, TOUCHING_GAP_REL};
 
 /// A tool driven by force needs resistance: the first node along its direction, or its stop if that is closer. A
 /// distant tool, or one that only passes close nodes, is moved to the sheet. Returns the number of changes.

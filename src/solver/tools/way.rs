@@ -1,19 +1,39 @@
-//! Distance of a tool from a point of the sheet along its direction.
+//! Conservative advancement: points that move along a line towards the surface of a tool.
 
-use crate::contact::ToolSurface;
+use crate::contact::{Projection, ToolSurface};
 use crate::geometry::Vec3;
 
 /// Minimum cosine between the direction of a tool and a contact normal; below, the surface is a wall along the
 /// direction and makes no contact.
 pub(in crate::solver) const FACING_COS_MIN: f64 = 0.05;
-/// Gap over the search radius `reach` below which a point lies on the surface.
-const TOUCHING_GAP_REL: f64 = 1e-6;
-/// Minimum step along the direction over the search radius.
-pub(in crate::solver) const STEP_MIN_REL: f64 = 0.01;
+/// Gap below which a point lies on the surface, over an edge length of the mesh.
+pub(in crate::solver) const TOUCHING_GAP_REL: f64 = 1e-6;
+/// Minimum step along the line over the search radius: features of this size are resolved.
+pub(in crate::solver) const RESOLUTION_REL: f64 = 0.01;
+
+/// Points on a line from `from` (in the frame of the surface) along the unit vector `along`, up to `length` [mm], with
+/// their closest points: distance along the line, closest point. Each step is the current distance from the surface,
+/// which no feature can undercut, at least [`RESOLUTION_REL`] times `reach` [mm]. The last point is at `length`.
+pub(in crate::solver) fn advance(
+    surface: &ToolSurface,
+    from: &Vec3,
+    along: &Vec3,
+    [length, reach]: [f64; 2],
+) -> impl Iterator<Item = (f64, Projection)> {
+    let mut next = Some(0.0);
+    std::iter::from_fn(move || {
+        let distance: f64 = next?;
+        let at = from + along * distance;
+        let foot = surface.within(&at, None, length - distance + reach);
+        let clear = if foot.gap.is_finite() { (at - foot.point).norm() } else { f64::INFINITY };
+        let step = clear.max(RESOLUTION_REL * reach);
+        next = (distance < length).then(|| (distance + step).min(length));
+        Some((distance, foot))
+    })
+}
 
 /// Distance along the unit vector `along` [mm] that a surface travels until it meets `place` (in the frame of the
-/// surface) with a normal that satisfies `pushes`; `None` beyond `distance_max` [mm]. Sphere tracing: each step is the
-/// current distance, at least [`STEP_MIN_REL`] times `reach`.
+/// surface) with a normal that satisfies `pushes`; `None` beyond `distance_max` [mm].
 pub(in crate::solver) fn distance_along(
     surface: &ToolSurface,
     place: &Vec3,
@@ -21,18 +41,12 @@ pub(in crate::solver) fn distance_along(
     [distance_max, reach]: [f64; 2],
     pushes: impl Fn(&Vec3) -> bool,
 ) -> Option<f64> {
-    let mut distance = 0.0;
-    while distance <= distance_max {
-        let at = place - along * distance;
-        let foot = surface.within(&at, None, distance_max - distance + reach);
-        if !foot.gap.is_finite() {
-            return None;
-        }
-        let (on_it, facing) = (foot.gap <= TOUCHING_GAP_REL * reach, foot.normal.dot(along));
-        if on_it && !foot.past_border && facing > FACING_COS_MIN && pushes(&foot.normal) {
-            return Some(distance + foot.gap / facing);
-        }
-        distance += (at - foot.point).norm().max(STEP_MIN_REL * reach);
+    if distance_max < 0.0 {
+        return None;
     }
-    None
+    advance(surface, place, &-along, [distance_max, reach]).find_map(|(distance, foot)| {
+        let (on_it, facing) = (foot.gap <= TOUCHING_GAP_REL * reach, foot.normal.dot(along));
+        let meets = on_it && !foot.past_border && facing > FACING_COS_MIN && pushes(&foot.normal);
+        meets.then(|| distance + foot.gap / facing)
+    })
 }

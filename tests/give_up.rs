@@ -124,8 +124,9 @@ fn giving_up_names_the_place_and_leaves_state_and_residuals() {
     // The state before it, with the forces of the tools, and the node marked.
     let grid = kanagata::report::vtu_read::read(&run.join("steps/last.vtu")).unwrap();
     let array = |name: &str| grid.point_data.iter().find(|a| a.name == name).unwrap();
-    let marked: Vec<usize> =
-        (0..grid.points.len()).filter(|&node| array("gave_up_here").values[node] != 0.0).collect();
+    let marked: Vec<usize> = (0..grid.points.len())
+        .filter(|&node| array("not_converged_here").values[node] != 0.0)
+        .collect();
     assert_eq!(marked, [node]);
     assert!(array("contact_force_n").values.iter().any(|f| f.abs() > 1.0));
 }

@@ -83,7 +83,7 @@ mod tests {
             iterations: 0,
             iterations_total: 0,
             cuts: 0,
-            snaps: 0,
+            snap_throughs: 0,
             stabilised: 0,
             unstable: 0,
             buckles: 0,

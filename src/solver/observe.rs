@@ -15,13 +15,13 @@ impl Simulation {
         let t = &sys.tools[tool];
         let force = sys.tool_force(tool);
         let now = self.under_way.as_ref().map(|now| &now.plan);
-        let left_behind = now
+        let released = now
             .filter(|plan| self.stages[plan.stage].motions[tool] == Motion::Release)
             .map_or(0.0, |plan| plan.remaining(share) * plan.start_forces[tool]);
         ToolReport {
             name: t.setup.name.clone(),
             travel: t.travel,
-            force: self.share * force.dot(&t.setup.direction) + left_behind,
+            force: self.share * force.dot(&t.setup.direction) + released,
             force_vector: force.into(),
             shift: t.shift().into(),
             contacts: sys.contact.active().filter(|(_, c)| c.tool == tool).count(),
@@ -50,7 +50,7 @@ impl Simulation {
             iterations,
             iterations_total: self.summary.iterations,
             cuts: self.summary.cuts,
-            snaps: self.summary.snaps,
+            snap_throughs: self.summary.snap_throughs,
             stabilised: self.summary.stabilised,
             unstable: self.summary.unstable,
             buckles: self.summary.buckles,

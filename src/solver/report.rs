@@ -27,21 +27,21 @@ pub struct Energies {
     pub friction: f64,
     /// Released elastic energy of snap-throughs; heat when the sheet is at rest.
     #[serde(default)]
-    pub snaps: f64,
+    pub released_elastic: f64,
     /// Part of the external work done by the forces of released tools; the sheet does work against them during
     /// springback.
     #[serde(default)]
-    pub left_behind: f64,
+    pub released_forces: f64,
     /// Maximum of the external or internal work over all increments.
     #[serde(default)]
-    pub most: f64,
+    pub largest_work: f64,
 }
 
 impl Energies {
     /// Work that is not accounted for.
     #[must_use]
     pub fn imbalance(&self) -> f64 {
-        self.external - self.internal - self.friction - self.snaps
+        self.external - self.internal - self.friction - self.released_elastic
     }
 
     /// Work of the internal forces that is stored or dissipated.
@@ -93,7 +93,7 @@ pub struct IncrementReport<'a> {
     /// Step cuts since the start.
     pub cuts: usize,
     /// Snap-throughs since the start.
-    pub snaps: usize,
+    pub snap_throughs: usize,
     /// Increments that needed viscous stabilisation (active-set cycling) since the start.
     pub stabilised: usize,
     /// Increments that ended in an unstable equilibrium since the start.
@@ -146,7 +146,7 @@ pub struct RunSummary {
     pub cuts: usize,
     /// Snap-throughs: the sheet was followed to a distant equilibrium, also on release without a stable one.
     #[serde(default)]
-    pub snaps: usize,
+    pub snap_throughs: usize,
     /// Increments that needed viscous stabilisation (active-set cycling), removed before they were accepted.
     #[serde(default)]
     pub stabilised: usize,
@@ -165,7 +165,7 @@ impl RunSummary {
     pub(in crate::solver) fn is_sound(&self) -> bool {
         let times = &self.timings;
         [
-            [self.increments, self.iterations, self.cuts, self.snaps, self.stabilised],
+            [self.increments, self.iterations, self.cuts, self.snap_throughs, self.stabilised],
             [self.unstable, self.buckles, times.factorisations, times.updates, times.cycling],
         ]
         .iter()

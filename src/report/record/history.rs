@@ -182,7 +182,7 @@ pub fn write_iterations(path: &Path, rows: &[IterationRow]) -> Result<(), WriteE
     write_atomic(path, |w| {
         writeln!(
             w,
-            "increment,iteration,residual,gap_mm,correction_mm,contact_nodes,slipping_nodes,changes"
+            "increment,iteration,residual,gap_mm,correction_mm,contact_nodes,slipping_nodes,active_set_changes"
         )?;
         for r in rows {
             let [contacts, slips, changes] = r.contacts;

@@ -241,7 +241,7 @@ impl RunFolder {
         if let Some(worst) = node {
             let mark = |node: usize| if node == worst { 1.0 } else { 0.0 };
             let marks = (0..mesh.nodes.len()).map(mark).collect();
-            grid.point_data.push(DataArray::scalar("gave_up_here", marks));
+            grid.point_data.push(DataArray::scalar("not_converged_here", marks));
         }
         grid.write(&self.path.join("steps/last.vtu"))
     }

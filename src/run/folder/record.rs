@@ -51,7 +51,7 @@ impl RunFolder {
         record.increments = report.increment;
         record.iterations = report.iterations_total;
         record.step_cuts = report.cuts;
-        record.snap_throughs = report.snaps;
+        record.snap_throughs = report.snap_throughs;
         record.stabilised_increments = report.stabilised;
         if report.unstable > record.unstable_increments {
             record.first_unstable.get_or_insert(report.increment);
@@ -61,7 +61,7 @@ impl RunFolder {
             record.first_buckle.get_or_insert(report.increment);
         }
         record.buckles = report.buckles;
-        record.released_elastic_nmm = report.energies.snaps;
+        record.released_elastic_nmm = report.energies.released_elastic;
         record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
         record.cpu_s = self.spent_s[1] + cpu_seconds();
         record.peak_mb = record.peak_mb.max(peak_megabytes());
@@ -114,7 +114,7 @@ impl RunFolder {
         record.stored_energy_error =
             if reference_work > 0.0 { unstored / reference_work } else { 0.0 };
         record.work_nmm = work;
-        record.released_force_work_nmm = e.left_behind;
+        record.released_force_work_nmm = e.released_forces;
         record.artificial_energy_nmm = e.artificial;
         let deepest = report.history.last().map_or(0.0, |last| last.penetration);
         record.penetration_mm = record.penetration_mm.max(deepest);

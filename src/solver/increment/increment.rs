@@ -9,7 +9,7 @@ use crate::solver::remedy::gave_up;
 use crate::solver::report::{Control, IncrementReport};
 use crate::solver::stage::branch::{Doubt, Found};
 use crate::solver::stage::description::Stage;
-use crate::solver::stage::energy::{jumps, work_left_behind};
+use crate::solver::stage::energy::{jumps, released_forces_work};
 use crate::solver::stage::start::{begin, let_go};
 use crate::solver::stage::state::{Simulation, UnderWay};
 use crate::solver::stage::step_size::{Endurance, Pace};
@@ -210,9 +210,9 @@ fn try_again(
 /// Accepts the equilibrium at `target`.
 fn take(sim: &mut Simulation, now: &mut UnderWay, target: f64, stats: &NewtonStats, found: Found) {
     let as_before = !sim.stages[now.plan.stage].turns(target);
-    sim.energies.left_behind += work_left_behind(sim, &now.plan, [now.share, target]);
+    sim.energies.released_forces += released_forces_work(sim, &now.plan, [now.share, target]);
     let snapped = accept(sim, as_before.then_some(target - now.share));
-    sim.summary.snaps += usize::from(snapped);
+    sim.summary.snap_throughs += usize::from(snapped);
     sim.summary.stabilised += usize::from(stats.stabilised);
     sim.summary.unstable += usize::from(!found.lasts);
     now.doubt.took(found);

@@ -73,13 +73,13 @@ pub(in crate::solver) fn relax(
     sim.summary.unstable += usize::from(!lasts);
     sim.dragged += work_of_travel(sim, &sim.committed);
     accept(sim, None);
-    sim.summary.snaps += 1;
+    sim.summary.snap_throughs += 1;
     let rest = work_of_travel(sim, before.committed());
     let (old, now) = (before.energies(), &mut sim.energies);
     now.external += rest - std::mem::take(&mut sim.dragged);
     now.internal = old.internal + now.stored() - old.stored();
     let (given, friction) = (now.external - old.external, now.friction - old.friction);
-    now.snaps = old.snaps + given - (now.internal - old.internal) - friction;
+    now.released_elastic = old.released_elastic + given - (now.internal - old.internal) - friction;
     found
 }
 

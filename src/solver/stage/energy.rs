@@ -122,7 +122,7 @@ impl Work {
 }
 
 /// Work in an increment of the forces left by released tools, of the complete process [N mm].
-pub(in crate::solver) fn work_left_behind(
+pub(in crate::solver) fn released_forces_work(
     sim: &Simulation,
     plan: &Plan,
     [share, target]: [f64; 2],
@@ -135,23 +135,23 @@ pub(in crate::solver) fn work_left_behind(
 /// Whether the sheet has jumped to another equilibrium in the increment, which is not yet accepted.
 pub(in crate::solver) fn jumps(sim: &Simulation) -> bool {
     let work = Work::of(sim, &sim.sys.candidate_forces());
-    work.internal > sim.rounding_work() && work.jump(sim.energies.most).is_some()
+    work.internal > sim.rounding_work() && work.jump(sim.energies.largest_work).is_some()
 }
 
 /// Adds the work of the increment before it is committed; returns whether a snap-through occurred.
 pub(in crate::solver) fn add_work(sim: &mut Simulation, forces: &[Force]) -> bool {
     let work = Work::of(sim, forces);
     let dropped = sim.committed.dropped;
-    let jump = if dropped { Some(work.set_free()) } else { work.jump(sim.energies.most) };
+    let jump = if dropped { Some(work.set_free()) } else { work.jump(sim.energies.largest_work) };
     let jump = jump.filter(|lost| *lost > sim.rounding_work());
     let (e, whole) = (&mut sim.energies, sim.share);
     e.internal += if dropped { work.stored } else { work.internal - jump.unwrap_or(0.0) };
-    e.snaps += jump.unwrap_or(0.0);
+    e.released_elastic += jump.unwrap_or(0.0);
     e.friction += work.friction;
     e.external += work.external;
     e.elastic = whole * sim.sys.eval.elastic_energy;
     e.plastic = whole * sim.sys.eval.plastic_work;
     e.artificial = whole * sim.sys.eval.artificial_work;
-    e.most = e.most.max(e.external.abs()).max(e.internal.abs());
+    e.largest_work = e.largest_work.max(e.external.abs()).max(e.internal.abs());
     jump.is_some()
 }

@@ -111,7 +111,7 @@ fn a_strip_bent_without_friction_stays_between_its_rods() {
     assert!((held.forces[2] / free.forces[2] - 1.0).abs() < 1e-6);
     assert!(apart.fold(0.0, f64::max) < 1e-6);
     // Its nodes are in an unstable position; the sheet is not, as it slides through at no cost.
-    assert!(free.summary.unstable == 0 && free.summary.snaps == 0, "{:?}", free.summary);
+    assert!(free.summary.unstable == 0 && free.summary.snap_throughs == 0, "{:?}", free.summary);
 }
 
 /// The sheet must not adhere to the punch by forces at the level of rounding.

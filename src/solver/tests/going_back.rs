@@ -85,7 +85,7 @@ fn a_released_punch_leaves_the_part_in_the_die() {
     assert!(pressed[1] > 5.0 && (pressed[0] / pressed[1] - 1.0).abs() < 1e-6, "{pressed:?}");
     assert!((after - depth).abs() < 0.5, "the part went from {depth} to {after} mm");
     assert!(left.iter().chain(none).all(|force| force.abs() < 1e-6 * pressed[1]), "{left:?}");
-    assert!(energies.left_behind.abs() < 0.01 * energies.external, "{energies:?}");
+    assert!(energies.released_forces.abs() < 0.01 * energies.external, "{energies:?}");
     assert!(energies.imbalance().abs() < 0.01 * energies.external, "{energies:?}");
     // Its force decreases while the punch moves back in contact.
     let off = || course.iter().filter(|row| row.0 == 3);

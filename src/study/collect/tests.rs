@@ -143,7 +143,9 @@ fn cases_that_were_not_run_have_no_numbers() {
     made.collect();
     assert_eq!(made.cell("later", "state"), "failed");
     assert_eq!(made.cell("later", "reason"), "gave up");
-    for column in ["travel_mm", "force_max_n", "force_end_n", "thinnest_mm", "draw_in_dx_mm"] {
+    for column in
+        ["travel_mm", "force_max_n", "force_end_n", "minimum_thickness_mm", "draw_in_dx_mm"]
+    {
         assert_eq!(made.cell("later", column), "", "{column}");
     }
     assert_eq!(made.cell("later", "patches"), "2");
@@ -157,11 +159,11 @@ fn costs_and_balances_are_in_the_table_and_drawn() {
     for (column, expected) in [
         ("search_and_projection_s", "3.00"),
         ("factor_s", "4.80"),
-        ("rest_s", "1.20"),
+        ("other_s", "1.20"),
         ("volume_error", "1.0e-15"),
         ("energy_error", "1.0e-3"),
         ("springback_rms_mm", "0.2500"),
-        ("forces_let_go_n", "40"),
+        ("released_force_n", "40"),
         ("method", "smooth"),
     ] {
         assert_eq!(made.cell("coarse", column), expected, "{column}");

@@ -16,9 +16,10 @@ use crate::run::cost::{Cost, estimate, measure};
 use crate::run::resources::memory_limit_megabytes;
 use crate::scene::large_sheet::LargeSheet;
 use crate::scene::preview::SheetCounts;
-use crate::scene::read::read_for_check;
+use crate::scene::read::{read_for_check, read_with};
+use crate::scene::set_value::SetValue;
 use crate::scene::types::{BlankShape, Course, Drive};
-use crate::scene::{Plan, SceneError, read};
+use crate::scene::{Plan, SceneError};
 use crate::solver::SimulationSetup;
 use crate::solver::reach::{exclude_unreachable, reachable};
 
@@ -30,6 +31,9 @@ use crate::solver::reach::{exclude_unreachable, reachable};
 pub struct CheckArgs {
     /// Scene file
     scene: PathBuf,
+    /// Set a value of the scene, as for `run`
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<SetValue>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -84,9 +88,9 @@ struct Pressure<'a> {
 /// Exit code 2 for a scene that cannot be run, 4 when the scene cannot be read. Doubts (exit code 1) are not an error.
 pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
     let (plan, large) = if args.whole || args.measure {
-        (read(&args.scene)?, None)
+        (read_with(&args.scene, &args.set)?, None)
     } else {
-        read_for_check(&args.scene)?
+        read_for_check(&args.scene, &args.set)?
     };
     let mut check = match &large {
         Some(large) => check_unread_sheet(&plan, &args.scene, large)?,

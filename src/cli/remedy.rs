@@ -214,18 +214,20 @@ fn of_study(error: &StudyError) -> Option<String> {
 
 /// The command that continues a run.
 pub(super) fn restart_command(restart: &Restart) -> String {
-    let quoted = |path: &Path| {
-        let word = path.to_string_lossy();
+    let quoted_word = |word: &str| {
         let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@".contains(c);
         if !word.is_empty() && word.chars().all(plain) {
-            word.into_owned()
+            word.to_owned()
         } else {
             format!("'{}'", word.replace('\'', r"'\''"))
         }
     };
+    let quoted = |path: &Path| quoted_word(&path.to_string_lossy());
     let (scene, folder) = (quoted(&restart.scene), quoted(&restart.folder));
+    let set: String =
+        restart.set.iter().map(|one| format!(" --set {}", quoted_word(one))).collect();
     let auto = if restart.auto { " --auto" } else { "" };
-    format!("kanagata-solve run {scene} -o {folder} --restart{auto}")
+    format!("kanagata-solve run {scene} -o {folder}{set} --restart{auto}")
 }
 
 #[cfg(test)]
@@ -248,8 +250,10 @@ mod tests {
     #[test]
     fn a_stopped_run_is_continued_by_its_command() {
         let (scene, folder) = ("/a b/x.json".into(), "out".into());
-        let restart = Restart { scene, folder, auto: true };
-        let command = "kanagata-solve run '/a b/x.json' -o out --restart --auto";
+        let restart =
+            Restart { scene, folder, set: vec!["tools.die.friction=0.1".into()], auto: true };
+        let command =
+            "kanagata-solve run '/a b/x.json' -o out --set tools.die.friction=0.1 --restart --auto";
         assert_eq!(restart_command(&restart), command);
         let error = RunError::Unfinished { folder: "out".into(), increment: 3, restart };
         assert!(remedy(&error).is_some_and(|text| text.contains(command)));

@@ -12,8 +12,11 @@ use super::terminal::{err, out, put};
 use crate::run::folder::row;
 use crate::run::progress_line::{HEADER, json_line, line};
 use crate::run::{Progress, RunError, RunOptions};
-use crate::scene::{SceneError, read};
+use crate::scene::SceneError;
+use crate::scene::read::read_with;
+use crate::scene::set_value::SetValue;
 use crate::solver::SimulationError;
+use crate::study::metrics;
 
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]
@@ -27,6 +30,12 @@ pub struct RunArgs {
     /// Folder for the results; created if missing
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// Set a value of the scene: keys, names of tools or indices, joined by dots (tools.die.friction=0.08); may be repeated
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<SetValue>,
+    /// Also write results as one flat JSON object: verdict, forces by tool, thickness, draw-in, springback, cost
+    #[arg(long, value_name = "FILE")]
+    metrics: Option<PathBuf>,
     /// Continue from the checkpoint in DIR, with the same results as an uninterrupted run
     #[arg(long)]
     restart: bool,
@@ -82,7 +91,7 @@ impl From<RunError> for Failure {
 /// Exit code 2 for a scene that cannot be run, 3 when the solver does not converge, 4 when files cannot be read or
 /// written. A doubtful result (exit code 1) is not an error.
 pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
-    let plan = read(&args.scene)?;
+    let plan = read_with(&args.scene, &args.set)?;
     let by_line = args.lines || args.json;
     let bar = progress_bar(args.quiet || by_line);
     if args.tied {
@@ -110,7 +119,17 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
             (_, true) => put(&json_line(&tools, &row(progress.report))),
         });
     bar.finish_and_clear();
-    let record = outcome?;
+    let record = match outcome {
+        Ok(record) => record,
+        Err(error) => {
+            // An optimiser needs the verdict of a run that did not converge too.
+            if matches!(error, RunError::Solver { folder: Some(_), .. }) {
+                write_metrics(args)?;
+            }
+            return Err(error.into());
+        }
+    };
+    write_metrics(args)?;
     if args.json {
         put(&serde_json::to_string(&record).map_err(Failure::input)?);
     } else if !args.quiet {
@@ -118,6 +137,12 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     }
     print_doubts(&record.doubts, args.accept_doubts);
     Ok(Exit::of_doubts(&record.doubts, args.accept_doubts))
+}
+
+/// Writes the metrics of the run if asked for.
+fn write_metrics(args: &RunArgs) -> Result<(), Failure> {
+    let Some(path) = &args.metrics else { return Ok(()) };
+    Ok(metrics::write(path, &metrics::metrics(&args.output)?)?)
 }
 
 /// Requests a stop when standard input ends.

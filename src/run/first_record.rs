@@ -26,6 +26,7 @@ pub(super) fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRec
         unknowns,
         inputs: inputs(plan),
         scene: fs::canonicalize(scene).ok().map(|p| p.to_string_lossy().into_owned()),
+        set: plan.set.clone(),
         stages: plan.scene.stages.len(),
         process: this_process(),
         ..RunRecord::default()

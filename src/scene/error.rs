@@ -33,6 +33,16 @@ pub enum SceneError {
         /// The error of the parser.
         found: String,
     },
+    /// The scene is not valid with the values that were set from outside.
+    #[error("{} with {set}: {cause}", path.display())]
+    Set {
+        /// The file.
+        path: PathBuf,
+        /// The assignments.
+        set: String,
+        /// Key, what was found, what is allowed.
+        cause: String,
+    },
     /// A value is out of range.
     #[error("{}, {place}: found {found}; allowed: {allowed}", path.display())]
     Value {

@@ -19,6 +19,7 @@ pub mod plan;
 pub mod preview;
 pub mod read;
 mod rolling;
+pub mod set_value;
 pub mod setup;
 mod symmetry_faces;
 pub mod types;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::file_sheet::FileSheet;
 use super::follow::Followed;
+use super::set_value::SetValue;
 use super::types::Scene;
 use crate::contact::ToolSurface;
 use crate::solver::material::Material;
@@ -17,8 +18,10 @@ pub struct Plan {
     pub scene: Scene,
     /// Folder that its paths are relative to.
     pub folder: PathBuf,
-    /// SHA-256 of the scene file.
+    /// SHA-256 of the scene file; with values set from outside, of the scene that results.
     pub sha256: String,
+    /// Values set from outside, `PATH=VALUE`.
+    pub set: Vec<String>,
     /// Tools, in the order of the scene.
     pub tools: Vec<PlannedTool>,
     /// The material card.
@@ -56,6 +59,11 @@ pub struct PlannedTool {
 }
 
 impl Plan {
+    /// The plan of a scene in which `set` has set values.
+    pub(super) fn with_set(self, set: &[SetValue]) -> Self {
+        Self { set: set.iter().map(SetValue::to_string).collect(), ..self }
+    }
+
     /// Number of symmetric parts of the process: 2 to the power of the number of symmetry planes.
     #[must_use]
     pub fn symmetry_factor(&self) -> f64 {

@@ -3,7 +3,7 @@
 //! - [`file`]: the study file; [`mod@read`] reads it, `validate` checks it
 //! - [`cases`]: a scene for every combination of the choices
 //! - [`execute`]: runs the cases that are not done; [`follow`]: their order; [`manifest`]: their state
-//! - [`mod@collect`]: compares their records; [`checks`]: expected results
+//! - [`mod@collect`]: compares their records; [`checks`]: expected results; [`mod@metrics`]: results of one run
 
 pub mod case;
 pub mod cases;
@@ -15,6 +15,7 @@ pub mod file;
 pub mod follow;
 mod inputs;
 pub mod manifest;
+pub mod metrics;
 mod output;
 pub mod patches;
 mod process;

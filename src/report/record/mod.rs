@@ -188,6 +188,9 @@ pub struct RunRecord {
     /// The absolute path of the scene file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene: Option<String>,
+    /// Values of the scene that were set from outside, `PATH=VALUE`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set: Vec<String>,
     /// Number of stages of the scene; 0 in files of older programs.
     #[serde(default)]
     pub stages: usize,

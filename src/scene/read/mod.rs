@@ -12,6 +12,7 @@ use super::file_sheet::{FileSheet, of_file};
 use super::follow::followed;
 use super::large_sheet::LargeSheet;
 use super::plan::{Plan, PlannedFile, PlannedTool};
+use super::set_value::SetValue;
 use super::types::{Blank, BlankShape, MaterialChoice, Scene};
 use crate::contact::ToolSurface;
 use crate::files::sha256_hex;
@@ -27,23 +28,34 @@ pub use super::check::VERSION;
 /// # Errors
 /// [`SceneError`] names the file, the key, what was found and what is allowed.
 pub fn read(path: &Path) -> Result<Plan, SceneError> {
-    let (mut scene, bytes) = scene_of(path)?;
-    let mesh_file = complete_blank(&mut scene.blank, path, folder_of(path))?;
-    plan_of(path, scene, &bytes, mesh_file)
+    read_with(path, &[])
 }
 
-/// As [`read`], but a mesh file of the blank that is too large for a check is not read.
+/// As [`read`], with values of the scene set from outside.
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_for_check(path: &Path) -> Result<(Plan, Option<LargeSheet>), SceneError> {
-    let (mut scene, bytes) = scene_of(path)?;
+pub fn read_with(path: &Path, set: &[SetValue]) -> Result<Plan, SceneError> {
+    let (mut scene, bytes) = scene_with(path, set)?;
+    let mesh_file = complete_blank(&mut scene.blank, path, folder_of(path))?;
+    Ok(plan_of(path, scene, &bytes, mesh_file)?.with_set(set))
+}
+
+/// As [`read_with`], but a mesh file of the blank that is too large for a check is not read.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_for_check(
+    path: &Path,
+    set: &[SetValue],
+) -> Result<(Plan, Option<LargeSheet>), SceneError> {
+    let (mut scene, bytes) = scene_with(path, set)?;
     let large = LargeSheet::of(&scene.blank, folder_of(path));
     let mesh_file = match large {
         Some(_) => None,
         None => complete_blank(&mut scene.blank, path, folder_of(path))?,
     };
-    Ok((plan_of(path, scene, &bytes, mesh_file)?, large))
+    Ok((plan_of(path, scene, &bytes, mesh_file)?.with_set(set), large))
 }
 
 /// The folder that the paths of a scene are relative to.
@@ -79,7 +91,8 @@ fn plan_of(
     })?;
     let files = mesh_file.into_iter().chain(card_file).collect();
     let sha256 = sha256_hex(bytes);
-    Ok(Plan { scene, folder, sha256, tools, card, material, files, followed })
+    let set = Vec::new();
+    Ok(Plan { scene, folder, sha256, set, tools, card, material, files, followed })
 }
 
 /// Sets thickness [mm] and layers of a blank from the hexahedra of its mesh file. Returns the mesh file, if any.
@@ -180,6 +193,38 @@ pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
     let bytes = crate::files::read(path, crate::files::Input::Description)
         .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
     Ok((parse(&bytes, path)?, bytes))
+}
+
+/// The scene at `path` with values set from outside, and its text.
+fn scene_with(path: &Path, set: &[SetValue]) -> Result<(Scene, Vec<u8>), SceneError> {
+    if set.is_empty() {
+        return scene_of(path);
+    }
+    let bytes = crate::files::read(path, crate::files::Input::Description)
+        .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
+    let Ok(mut value) = serde_json::from_slice::<serde_json::Value>(&without_comments(&bytes))
+    else {
+        return Ok((parse(&bytes, path)?, bytes));
+    };
+    let error = |set: String, cause: String| SceneError::Set { path: path.into(), set, cause };
+    for one in set {
+        one.apply(&mut value).map_err(|(place, found, allowed)| {
+            let place = if place.is_empty() { "scene".into() } else { place };
+            error(one.to_string(), format!("{place}: found {found}; allowed: {allowed}"))
+        })?;
+    }
+    let bytes = value.to_string().into_bytes();
+    let scene = parse(&bytes, path).map_err(|cause| {
+        let all = set.iter().map(SetValue::to_string).collect::<Vec<_>>().join(", ");
+        match cause {
+            SceneError::Syntax { found, .. } => error(all, found),
+            SceneError::Value { place, found, allowed, .. } => {
+                error(all, format!("{place}: found {found}; allowed: {allowed}"))
+            }
+            other => other,
+        }
+    })?;
+    Ok((scene, bytes))
 }
 
 /// Parses a scene and checks its keys and values; `path` is for messages.

@@ -26,15 +26,15 @@ struct Chord {
 }
 
 impl Chord {
-    /// Cosine of the turn of a surface that is symmetric about the middle of the chord.
-    fn symmetric_turn_cos(&self) -> f64 {
-        1.0 - 2.0 * self.inward.max(0.0).powi(2)
+    /// Whether the surface turns too far between the entry and a face with this normal.
+    fn turns_to(&self, exit: &Vec3) -> bool {
+        self.normal.dot(exit) < CHORD_TURN_COS_MIN
     }
 
-    /// Whether the surface turns too far between the entry and a face with this normal, or past the border (`None`).
-    fn crosses(&self, exit: Option<&Vec3>) -> bool {
-        let turn_cos = exit.map_or(1.0, |normal| self.normal.dot(normal));
-        turn_cos.min(self.symmetric_turn_cos()) < CHORD_TURN_COS_MIN
+    /// Whether a surface that is symmetric about the middle of the chord turns too far. Decides where the path has no
+    /// exit.
+    fn enters_steeply(&self) -> bool {
+        1.0 - 2.0 * self.inward.max(0.0).powi(2) < CHORD_TURN_COS_MIN
     }
 }
 
@@ -52,15 +52,18 @@ impl Candidate {
             if depth > RESOLUTION_REL * reach {
                 let (entered, normal) = (outside, foot.normal);
                 chord.get_or_insert(Chord { entered, normal, inward: -normal.dot(&along) });
-            } else if let Some(chord) = chord.take()
-                && chord.crosses((!foot.past_border).then_some(&foot.normal))
-            {
-                return true;
+            } else if let Some(chord) = chord.take() {
+                let past = foot.past_border;
+                if (past && chord.enters_steeply()) || (!past && chord.turns_to(&foot.normal)) {
+                    return true;
+                }
             }
             outside |= depth <= TOUCHING_GAP_REL * reach;
         }
-        chord
-            .is_some_and(|chord| (chord.entered && !held) || chord.crosses(Some(&self.foot.normal)))
+        chord.is_some_and(|chord| {
+            let out_of_contact = chord.entered && !held;
+            out_of_contact || chord.enters_steeply() || chord.turns_to(&self.foot.normal)
+        })
     }
 }
 

@@ -90,7 +90,7 @@ fn curve_through_cad(
     if (curve.c - plain.c).norm() <= COEFFICIENT_TOLERANCE_REL * d.norm() {
         return None;
     }
-    let deviation = |c: &Vec3| finder.deviation(vertices, &around.faces, c);
+    let deviation = |c: &Vec3| finder.deviation(vertices, &elements.faces, c);
     // On a strongly curved profile the fallback of `nearest_coefficient` can deviate far from the CAD.
     if curve.fault.is_some() && deviation(&plain.c) <= deviation(&curve.c) {
         return None;

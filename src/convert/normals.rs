@@ -57,7 +57,7 @@ pub(super) fn vertex_normals(
     keys.dedup();
     let feet: Vec<(Vec2, Option<Vec3>)> = keys
         .par_iter()
-        .map(|place| foot_and_normal(searches.face(key.face), &mesh.vertices[key.vertex as usize]))
+        .map(|key| foot_and_normal(searches.face(key.face), &mesh.vertices[key.vertex as usize]))
         .collect();
     searches.check()?;
     let (mut known, mut regular) = (FxHashMap::default(), Feet::default());

@@ -3,13 +3,13 @@
 //! The initial position of the sheet and the travels of the tools are known before a run. A face is excluded only when
 //! one of three conditions holds over the whole of it:
 //!
-//! - **beside**: in projection along the tool direction it lies outside the box of the blank. The box is widened by
-//!   the larger of twice the thickness and 5 % of the blank diagonal, and by all travels across the tool direction.
+//! - **beside**: in projection along the tool direction it lies outside the box of the blank. The box is widened by the
+//!   larger of twice the thickness and 5 % of the blank diagonal, and by all travels across the tool direction.
 //! - **behind**: it lies farther behind the front of the tool than the sum of all travels plus twice the thickness. The
 //!   front is the foremost point over the blank, which touches the flat sheet first.
-//! - **away**: every normal points away from the sheet by more than 5 degrees beyond a right angle. All tools and loads act
-//!   along the tool direction. The sheet would have to wrap around the tool. A cam acting from the side may
-//!   press a flange against such a face.
+//! - **away**: every normal points away from the sheet by more than 5 degrees beyond a right angle. All tools and loads
+//!   act along the tool direction. The sheet would have to wrap around the tool. A cam acting from the side may press a
+//!   flange against such a face.
 //!
 //! Travels are summed regardless of their directions. A tool driven by force is assumed to follow the sheet by at most
 //! the sum of all travels. In a scene without travels, or with loads on the sheet, the depth is unknown and no face is

@@ -109,8 +109,8 @@ impl Scope<'_> {
         (least, None)
     }
 
-    /// Ratio of error to tolerance of `model`, whose vertices lie on the CAD; infinite if it is not valid. The second result
-    /// is the model within the goal: `model`, or the one with moved vertices.
+    /// Ratio of error to tolerance of `model`, whose vertices lie on the CAD; infinite if it is not valid. The second
+    /// result is the model within the goal: `model`, or the one with moved vertices.
     fn evaluate_model(
         &self,
         model: Converted,

@@ -1,8 +1,9 @@
-//! Edges that follow the CAD: the part of c (Eq. 7) that the normals of Eq. 8 leave open.
+//! Edges that follow the CAD: the component of the coefficient c (Eq. 7) that the normals leave undetermined in Eq. 8.
 //!
-//! Along the border of a flat and a fillet all normals are equal, and Eq. 8 draws a chord across the border's arc:
-//! the fillet's patches then miss the fillet by `s^2 / (2 r)` for a sagitta s, most of their error. The same holds, in
-//! part, for every edge that turns within its surface. The curve wanted here goes through the CAD at its middle.
+//! Along the border between a flat and a fillet all normals are equal, and Eq. 8 gives a chord across the arc of the
+//! border. With the sagitta s of that arc, the patches of the fillet deviate from it by `s^2 / (2 r)`, which is most of
+//! their error. The same holds in part for every edge with geodesic curvature. The remedy is a curve whose middle lies
+//! on the CAD.
 
 use std::collections::BTreeMap;
 
@@ -20,81 +21,86 @@ use crate::tool::edge::{EdgeFault, EdgeRule, edge_curve, nearest_coefficient};
 use crate::tool::model::PatchCorners;
 use crate::tool::{GivenCurve, ToolModel};
 
-/// Given edges, and those that leave their normals.
+/// Edges that follow the CAD.
 #[derive(Default)]
-pub(super) struct Followed {
+pub(super) struct CadEdges {
+    /// Prescribed coefficients.
     pub given: Vec<GivenCurve>,
+    /// Edges among them that are not perpendicular to their normals, because the guard rejects Eq. 8.
     pub bent: Vec<StraightEdge>,
 }
 
-/// Largest distance of a curve's middle from its chord's, over the chord: half a circle has 0.5.
-const SAGITTA: f64 = 0.6;
-/// Coefficients that differ by less, over the length of the edge, are equal.
-const EQUAL: f64 = 1e-9;
+/// Maximum distance between the middles of curve and chord, over the chord. A semicircle has 0.5; a larger value is a
+/// point on another branch.
+const SAGITTA_RATIO_MAX: f64 = 0.6;
+/// Difference of two coefficients, over the length of the edge, below which they are equal.
+const COEFFICIENT_TOLERANCE_REL: f64 = 1e-9;
 
-/// Elements of an edge: their ids, and the CAD faces they are on.
+/// Elements that share an edge, and their CAD faces.
 #[derive(Default)]
-struct Around {
+struct EdgeElements {
     patches: Vec<u32>,
     faces: Vec<u32>,
 }
 
-/// Coefficients of all edges of `mesh` that differ from those of Eq. 8.
-pub(super) fn follow(
+/// Computes the coefficients of all edges of `mesh` that follow the CAD and differ from Eq. 8. `feet` are the
+/// parameters of the vertices; `corners` index `normals`.
+pub(super) fn edges_through_cad(
     model: &Model,
     mesh: &SurfaceMesh,
     feet: &Feet,
     (corners, normals): (&[PatchCorners], &[Vec3]),
     searches: &Searches<'_>,
-) -> Followed {
-    let mut around: BTreeMap<[u32; 2], Around> = BTreeMap::new();
+) -> CadEdges {
+    let mut elements: BTreeMap<[u32; 2], EdgeElements> = BTreeMap::new();
     for (id, e) in mesh.elements.iter().enumerate() {
         for [a, b] in e.sides() {
-            let edge = around.entry([a.min(b), a.max(b)]).or_default();
+            let edge = elements.entry([a.min(b), a.max(b)]).or_default();
             edge.patches.push(id as u32);
             edge.faces.push(e.face);
         }
     }
     let ends = edge_ends(corners);
-    let finder = Finder::new(model, mesh, feet, searches);
-    let list: Vec<([u32; 2], Around)> = around.into_iter().collect();
+    let finder = EdgeFinder::new(model, mesh, feet, searches);
+    let list: Vec<([u32; 2], EdgeElements)> = elements.into_iter().collect();
     let found: Vec<Option<(GivenCurve, Option<StraightEdge>)>> = list
         .par_iter()
-        .map(|(vertices, around)| {
+        .map(|(vertices, elements)| {
             let pairs = ends.get(vertices)?.iter().map(|p| p.map(|n| normals[n as usize]));
-            given(&finder, *vertices, around, &pairs.collect::<Vec<[Vec3; 2]>>())
+            curve_through_cad(&finder, *vertices, elements, &pairs.collect::<Vec<[Vec3; 2]>>())
         })
         .collect();
     let (given, bent): (Vec<_>, Vec<_>) = found.into_iter().flatten().unzip();
-    Followed { given, bent: bent.into_iter().flatten().collect() }
+    CadEdges { given, bent: bent.into_iter().flatten().collect() }
 }
 
-/// The curve of one edge through the CAD, where it is not that of Eq. 8.
-fn given(
-    finder: &Finder<'_>,
+/// Curve of one edge through the CAD, with its fault where the guard rejects it. `None` when Eq. 8 gives the same curve
+/// or a smaller deviation. `pairs` are the normals at both ends, one pair for each side of a crease.
+fn curve_through_cad(
+    finder: &EdgeFinder<'_>,
     vertices: [u32; 2],
-    around: &Around,
+    elements: &EdgeElements,
     pairs: &[[Vec3; 2]],
 ) -> Option<(GivenCurve, Option<StraightEdge>)> {
     let [a, b] = vertices.map(|v| finder.mesh.vertices[v as usize]);
     let (d, middle) = (b - a, (a + b) * 0.5);
-    let wanted = (middle - finder.middle(vertices, &around.faces)?) * 4.0;
+    let wanted = (middle - finder.midpoint(vertices, &elements.faces)?) * 4.0;
     let curve = nearest_coefficient(&d, pairs, &wanted);
     let plain = edge_curve(&d, pairs, EdgeRule::Guarded);
-    if (curve.c - plain.c).norm() <= EQUAL * d.norm() {
+    if (curve.c - plain.c).norm() <= COEFFICIENT_TOLERANCE_REL * d.norm() {
         return None;
     }
-    let off = |c: &Vec3| finder.off(vertices, &around.faces, c);
-    // Around a nose the way out that `nearest_coefficient` takes can stand far out of the CAD.
-    if curve.fault.is_some() && off(&plain.c) <= off(&curve.c) {
+    let deviation = |c: &Vec3| finder.deviation(vertices, &elements.faces, c);
+    // On a strongly curved profile the fallback of `nearest_coefficient` can deviate far from the CAD.
+    if curve.fault.is_some() && deviation(&plain.c) <= deviation(&curve.c) {
         return None;
     }
-    let straight = |fault| StraightEdge { patches: around.patches.clone(), vertices, fault };
+    let straight = |fault| StraightEdge { patches: elements.patches.clone(), vertices, fault };
     Some((GivenCurve { vertices, c: curve.c.into() }, curve.fault.map(straight)))
 }
 
-/// The edges of `elements`, made straight, with the patches beside them.
-pub(super) fn straightened(corners: &[PatchCorners], elements: &[u32]) -> Vec<StraightEdge> {
+/// Lists the edges of `elements` as straight edges, each with all patches that share it.
+pub(super) fn straight_edges(corners: &[PatchCorners], elements: &[u32]) -> Vec<StraightEdge> {
     fn sides(corners: &[PatchCorners], k: u32) -> impl Iterator<Item = [u32; 2]> {
         let vertices = &corners[k as usize].vertices;
         let count = vertices.len();
@@ -120,50 +126,50 @@ pub(super) fn straightened(corners: &[PatchCorners], elements: &[u32]) -> Vec<St
     out.into_values().collect()
 }
 
-/// Given edges of a model whose vertices move to `vertices`: as near to what they were, longer or shorter with their chords,
-/// as the normals let them be; chords stay chords.
-pub(super) fn moved(tool: &ToolModel, vertices: &[Vec3]) -> Vec<GivenCurve> {
+/// Prescribed curves of a model after its vertices move to `vertices` [mm]. The old coefficient is scaled by the ratio
+/// of the chord lengths and made compatible with the normals. Straight edges stay straight.
+pub(super) fn curves_after_motion(tool: &ToolModel, vertices: &[Vec3]) -> Vec<GivenCurve> {
     let ends = edge_ends(&tool.corners);
-    let again = |curve: &GivenCurve| {
+    let updated = |curve: &GivenCurve| {
         if curve.c == [0.0; 3] {
             return *curve;
         }
         let [a, b] = curve.vertices;
         let d = vertices[b as usize] - vertices[a as usize];
         let before = (tool.vertices[b as usize] - tool.vertices[a as usize]).norm();
-        let longer = if before > 0.0 { d.norm() / before } else { 1.0 };
+        let scale = if before > 0.0 { d.norm() / before } else { 1.0 };
         let pairs = ends.get(&[a.min(b), a.max(b)]).map_or(&[][..], |p| &p[..]);
         let turn = |p: &[u32; 2]| if a < b { *p } else { [p[1], p[0]] };
         let normals: Vec<[Vec3; 2]> =
             pairs.iter().map(|p| turn(p).map(|n| tool.normals[n as usize])).collect();
-        let c = nearest_coefficient(&d, &normals, &(longer * Vec3::from(curve.c))).c;
+        let c = nearest_coefficient(&d, &normals, &(scale * Vec3::from(curve.c))).c;
         GivenCurve { vertices: curve.vertices, c: c.into() }
     };
-    tool.curves.iter().map(again).collect()
+    tool.curves.iter().map(updated).collect()
 }
 
-/// Finds the point of the CAD that the middle of an edge belongs to.
-pub(super) struct Finder<'a> {
+/// Relates the edges of a mesh to the edges and faces of the CAD.
+pub(super) struct EdgeFinder<'a> {
     model: &'a Model,
     mesh: &'a SurfaceMesh,
     feet: &'a Feet,
-    /// Edges of the model on each face of the mesh.
+    /// CAD edges of each face of the mesh.
     edges: FxHashMap<u32, Vec<usize>>,
-    /// Boxes around these edges.
+    /// Bounding boxes of these edges, widened by `tolerance_mm`.
     boxes: FxHashMap<usize, Aabb>,
-    /// A vertex this near to a curve is on it [mm].
-    near: f64,
+    /// Maximum distance of a vertex from a curve on which it lies [mm].
+    tolerance_mm: f64,
     searches: &'a Searches<'a>,
 }
 
-impl<'a> Finder<'a> {
+impl<'a> EdgeFinder<'a> {
     pub(super) fn new(
         model: &'a Model,
         mesh: &'a SurfaceMesh,
         feet: &'a Feet,
         searches: &'a Searches<'a>,
     ) -> Self {
-        // Of a mesh of one face the others are not looked at: a face's work does not depend on the size of the model.
+        // Only faces of the mesh are examined: the work on a mesh of one face does not depend on the size of the model.
         let mut edges: FxHashMap<u32, Vec<usize>> = FxHashMap::default();
         for element in &mesh.elements {
             edges.entry(element.face).or_insert_with_key(|&f| {
@@ -172,54 +178,59 @@ impl<'a> Finder<'a> {
             });
         }
         let size = Aabb::of_points(&mesh.vertices).diagonal();
-        let near = 1e-7 * size + 2.0 * model.join_tolerance;
-        let hull = |e: usize| Aabb::of_points(model.edges[e].curve.points()).widened(near);
+        let tolerance_mm = 1e-7 * size + 2.0 * model.join_tolerance;
+        let hull = |e: usize| Aabb::of_points(model.edges[e].curve.points()).widened(tolerance_mm);
         let boxes = edges.values().flatten().map(|&e| (e, hull(e))).collect();
-        Self { model, mesh, feet, edges, boxes, near, searches }
+        Self { model, mesh, feet, edges, boxes, tolerance_mm, searches }
     }
 
-    fn middle(&self, vertices: [u32; 2], faces: &[u32]) -> Option<Vec3> {
+    /// Point of the CAD in the middle of an edge: in the face when both elements lie on one face, otherwise on the
+    /// common CAD edge. `None` when it is farther from the middle of the chord than `SAGITTA_RATIO_MAX` allows.
+    fn midpoint(&self, vertices: [u32; 2], faces: &[u32]) -> Option<Vec3> {
         let found = match *faces {
-            [f, g] if f == g => self.inside(vertices, f).or_else(|| self.along(vertices, &[f])),
-            _ => self.along(vertices, faces),
+            [f, g] if f == g => {
+                self.midpoint_in_face(vertices, f).or_else(|| self.midpoint_on_edge(vertices, &[f]))
+            }
+            _ => self.midpoint_on_edge(vertices, faces),
         }?;
         let [a, b] = vertices.map(|v| self.mesh.vertices[v as usize]);
-        let sound = (found - (a + b) * 0.5).norm() <= SAGITTA * (b - a).norm();
+        let sound = (found - (a + b) * 0.5).norm() <= SAGITTA_RATIO_MAX * (b - a).norm();
         sound.then_some(found)
     }
 
-    /// Halfway in the parameters of the face; across the seam of a closed surface where that is the way.
-    fn inside(&self, [a, b]: [u32; 2], face: u32) -> Option<Vec3> {
+    /// Point at the mean of the parameters of both vertices. Where that point is too far from the chord: a periodic
+    /// image of it, or else the closest point of the surface.
+    fn midpoint_in_face(&self, [a, b]: [u32; 2], face: u32) -> Option<Vec3> {
         let (p, q) = (self.feet.get(&(a, face))?, self.feet.get(&(b, face))?);
         let searched = self.searches.face(face);
         let surface = &searched.face.surface;
         let [a, b] = [a, b].map(|v| self.mesh.vertices[v as usize]);
-        let off = |point: &Vec3| (point - (a + b) * 0.5).norm();
-        let sound = |point: &Vec3| off(point) <= SAGITTA * (b - a).norm();
+        let distance = |point: &Vec3| (point - (a + b) * 0.5).norm();
+        let sound = |point: &Vec3| distance(point) <= SAGITTA_RATIO_MAX * (b - a).norm();
         let point = surface.point((p + q) * 0.5);
         if sound(&point) {
             return Some(point);
         }
-        // A vertex on a seam has two parameters: the other one was meant.
-        let across = other_ways(surface, &((p + q) * 0.5));
-        let across = across.into_iter().map(|uv| surface.point(uv));
-        let nearest = across.min_by(|x, y| off(x).total_cmp(&off(y))).filter(sound);
+        // A vertex on a seam has two parameters, of which the other one may be required.
+        let images = periodic_images(surface, &((p + q) * 0.5));
+        let images = images.into_iter().map(|uv| surface.point(uv));
+        let nearest = images.min_by(|x, y| distance(x).total_cmp(&distance(y))).filter(sound);
         Some(nearest.unwrap_or_else(|| surface.point(searched.closest(&((a + b) * 0.5)).0)))
     }
 
-    /// On the edge of the model that both vertices are on, where it is nearest to the middle of the chord.
-    fn along(&self, vertices: [u32; 2], faces: &[u32]) -> Option<Vec3> {
-        let curve = &self.model.edges[self.edge(vertices, faces)?].curve;
+    /// Closest point to the middle of the chord on the CAD edge that contains both vertices.
+    fn midpoint_on_edge(&self, vertices: [u32; 2], faces: &[u32]) -> Option<Vec3> {
+        let curve = &self.model.edges[self.common_edge(vertices, faces)?].curve;
         let [a, b] = vertices.map(|v| self.mesh.vertices[v as usize]);
         Some(curve.point(curve.closest(&((a + b) * 0.5)).0))
     }
 
-    /// Largest distance of three points of the curve with coefficient `c` from the edge of the model it runs along, or
-    /// from the face it runs inside of [mm].
-    fn off(&self, vertices: [u32; 2], faces: &[u32], c: &Vec3) -> f64 {
+    /// Maximum distance of the curve with coefficient `c` from its CAD edge, or from its face for an interior edge
+    /// [mm]. The curve is sampled at 1/4, 1/2 and 3/4.
+    fn deviation(&self, vertices: [u32; 2], faces: &[u32], c: &Vec3) -> f64 {
         let [a, b] = vertices.map(|v| self.mesh.vertices[v as usize]);
         let inside = matches!(*faces, [f, g] if f == g);
-        let edge = if inside { None } else { self.edge(vertices, faces) };
+        let edge = if inside { None } else { self.common_edge(vertices, faces) };
         let point = |e: f64| a + (b - a - c) * e + c * (e * e);
         let feet = vertices.map(|v| self.feet.get(&(v, faces[0])));
         let nearest = |e: f64, p: Vec3| match edge.map(|e| &self.model.edges[e].curve) {
@@ -239,27 +250,28 @@ impl<'a> Finder<'a> {
             .fold(0.0, f64::max)
     }
 
-    /// The edge of the model between these faces (or on the one face) that both vertices are on.
-    pub(super) fn edge(&self, vertices: [u32; 2], faces: &[u32]) -> Option<usize> {
+    /// CAD edge of all `faces` that contains both vertices to within `tolerance_mm`; the nearest one of several.
+    pub(super) fn common_edge(&self, vertices: [u32; 2], faces: &[u32]) -> Option<usize> {
         let (&first, others) = faces.split_first()?;
         let [a, b] = vertices.map(|v| self.mesh.vertices[v as usize]);
         let shared = |e: &&usize| others.iter().all(|g| self.edges[g].contains(*e));
         let reached = |e: &&usize| [a, b].iter().all(|p| self.boxes[*e].distance_squared(p) == 0.0);
         let curves = self.edges[&first].iter().filter(shared).filter(reached);
-        let off = |e: usize| {
+        let deviation = |e: usize| {
             let curve = &self.model.edges[e].curve;
             let distance = |p: &Vec3| (curve.point(curve.closest(p).0) - p).norm();
             distance(&a).max(distance(&b))
         };
-        let best = curves.map(|&e| (off(e), e)).min_by(|x, y| x.0.total_cmp(&y.0))?;
-        (best.0 <= self.near).then_some(best.1)
+        let best = curves.map(|&e| (deviation(e), e)).min_by(|x, y| x.0.total_cmp(&y.0))?;
+        (best.0 <= self.tolerance_mm).then_some(best.1)
     }
 }
 
-/// Parameters half a turn from `uv` in the directions in which a surface is closed there.
-fn other_ways(surface: &Surface, uv: &Vec2) -> Vec<Vec2> {
+/// Parameters shifted by half a period from `uv`, in every combination of the directions in which the surface is closed
+/// there. The mean of two parameters on different sides of a seam is wrong by this shift.
+fn periodic_images(surface: &Surface, uv: &Vec2) -> Vec<Vec2> {
     let domain = surface.domain();
-    let mut ways = vec![*uv];
+    let mut images = vec![*uv];
     for (k, [low, high]) in domain.into_iter().enumerate() {
         let at = |x: f64, mut uv: Vec2| {
             uv[k] = x;
@@ -271,8 +283,8 @@ fn other_ways(surface: &Surface, uv: &Vec2) -> Vec<Vec2> {
         };
         let [a, b, c] = [at(low, *uv), at(high, *uv), half(*uv)].map(|uv| surface.point(uv));
         if (b - a).norm() <= 1e-6 * (c - a).norm() {
-            ways.extend(ways.clone().into_iter().map(half));
+            images.extend(images.clone().into_iter().map(half));
         }
     }
-    ways.split_off(1)
+    images.split_off(1)
 }

@@ -1,68 +1,68 @@
-//! Why a mesh makes no tool model.
+//! Errors of a conversion.
 
 use crate::tool::build::ToolError;
 
-/// Why a mesh makes no tool model.
+/// Reason why no tool model can be made.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ConvertError {
-    /// An element on a face that the model does not have.
+    /// An element refers to a face that the model does not have.
     #[error(
         "element {element} lies on CAD face {face}; the model has {count} faces: attach the mesh to this model first"
     )]
     Face {
-        /// Element, from 0.
+        /// Element number, from 0.
         element: usize,
-        /// Face it names.
+        /// Face number of the element.
         face: u32,
-        /// Faces there are.
+        /// Number of faces of the model.
         count: usize,
     },
-    /// No normal at a vertex.
+    /// The normal at a vertex is undefined.
     #[error(
-        "no normal on {face} at ({x:.4}, {y:.4}, {z:.4}) mm: the surface is degenerate there; mesh the face finer or repair it in the CAD"
+        "no normal on {face} at ({x:.4}, {y:.4}, {z:.4}) mm: the surface is degenerate there; refine the mesh of the face or repair it in the CAD"
     )]
     Normal {
         /// Face.
         face: String,
-        /// Position [mm].
+        /// Position, x [mm].
         x: f64,
-        /// Position [mm].
+        /// Position, y [mm].
         y: f64,
-        /// Position [mm].
+        /// Position, z [mm].
         z: f64,
     },
-    /// Closest points on a face cost too much.
+    /// The closest-point searches on a face exceed their work limit.
     #[error(
-        "closest points on the surface of {face} need more than {cells} parts of it in all: it folds, or waves more finely than its mesh; repair the face in the CAD, mesh it finer, or leave it out"
+        "closest-point searches on the surface of {face} exceed {cells} cells: the surface folds or oscillates within one element; repair the face in the CAD, refine its mesh, or exclude the face"
     )]
     Searches {
         /// Face.
         face: String,
-        /// Parts that its searches may examine.
+        /// Number of cells that the searches on it may examine.
         cells: u64,
     },
-    /// Only Nagata patches and facets come from a mesh.
+    /// A mesh gives Nagata patches and facets only.
     #[error(
-        "patches of kind Bezier do not come from vertices and normals; allowed: nagata, facets; see `bezier_from_cad`"
+        "Bezier patches cannot be built from vertices and normals; allowed: nagata, facets; see `bezier_from_cad`"
     )]
     Kind,
-    /// A mesh without CAD whose elements cannot all look outwards.
+    /// A mesh without CAD is not orientable.
     #[error(
-        "the elements on both sides of the edge from ({from}) to ({to}) mm cannot be turned alike, as on a Moebius strip; allowed: a mesh with two sides; cut it there, or mesh the part again"
+        "the elements on both sides of the edge from ({from}) to ({to}) mm cannot be oriented consistently, as on a Moebius strip; allowed: an orientable mesh; cut it there, or mesh the part again"
     )]
     OneSided {
-        /// One end [mm].
+        /// Start of the edge [mm].
         from: String,
-        /// The other one [mm].
+        /// End of the edge [mm].
         to: String,
     },
-    /// A mesh without elements of any area.
+    /// The mesh has no elements.
     #[error(
-        "the mesh has no triangles or quadrilaterals; allowed: one at least; export the surface of the tool"
+        "the mesh has no triangles or quadrilaterals; allowed: at least one; export the surface of the tool"
     )]
     NoElements,
-    /// The tool cannot be built.
+    /// The tool model cannot be built.
     #[error(transparent)]
     Tool(#[from] ToolError),
 }

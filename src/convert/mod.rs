@@ -1,10 +1,12 @@
-//! CAD and mesh become a tool model: one normal per (vertex, CAD face), merged only where the faces are
-//! tangent-continuous, never averaged over a crease.
+//! Conversion of a CAD model and its mesh to a tool model.
+//!
+//! Every pair (vertex, CAD face) has one normal. Normals are merged only where the faces are tangent-continuous; they
+//! are never averaged over a crease.
 
 pub mod bezier;
+mod conversion;
 mod edges;
 mod error;
-mod ground;
 mod normals;
 mod options;
 pub mod own;
@@ -18,13 +20,13 @@ pub mod unfolded;
 pub use self::error::ConvertError;
 pub use self::options::{ConvertOptions, ConvertReport};
 
-use self::ground::{Ground, Source};
+use self::conversion::{Conversion, Source};
 use crate::cad::Model;
 use crate::mesh::SurfaceMesh;
 use crate::tool::{ToolKind, ToolModel};
 
-/// Converts a mesh of `model` to a tool model. Folded patches are repaired where that is possible without moving a
-/// vertex: given curves that fold a patch are dropped, a quadrilateral is split in two triangles.
+/// Converts a mesh of `model` to a tool model. Folded patches are repaired without moving a vertex: prescribed edge
+/// curves are replaced by those of Eq. 8, and quadrilaterals are split into two triangles.
 ///
 /// # Errors
 /// [`ConvertError`] names the element, face or vertex.
@@ -40,12 +42,12 @@ pub fn convert(
     if let Some(element) = mesh.elements.iter().position(|e| e.face as usize >= count) {
         return Err(ConvertError::Face { element, face: mesh.elements[element].face, count });
     }
-    Ground::new(Source::Cad(model), mesh, options)?.convert_and_repair()
+    Conversion::new(Source::Cad(model), mesh, options)?.convert_and_repair()
 }
 
-/// Gives the faces of a tool other numbers: `numbers[f]` for face f.
+/// Renumbers the faces of a tool: face `f` becomes face `numbers[f]`.
 pub fn renumber(tool: &mut ToolModel, numbers: &[usize]) {
-    let other = |face: &mut u32| *face = numbers[*face as usize] as u32;
-    tool.faces.iter_mut().for_each(other);
-    tool.corners.iter_mut().for_each(|c| other(&mut c.face));
+    let renumbered = |face: &mut u32| *face = numbers[*face as usize] as u32;
+    tool.faces.iter_mut().for_each(renumbered);
+    tool.corners.iter_mut().for_each(|c| renumbered(&mut c.face));
 }

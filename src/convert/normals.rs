@@ -1,4 +1,4 @@
-//! Vertex normals from the CAD: each vertex projected on each CAD face whose elements use it.
+//! Vertex normals from the CAD: each vertex is projected onto each CAD face whose elements use it.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -10,93 +10,101 @@ use crate::cad::model::Face;
 use crate::geometry::{Vec2, Vec3};
 use crate::mesh::SurfaceMesh;
 
-/// Normals, and for every element the ids at its corners.
+/// Normals of a mesh at the corners of its elements.
 #[derive(Clone, Default)]
 pub(super) struct NormalTable {
+    /// Unit normals.
     pub normals: Vec<Vec3>,
+    /// For each element the index of the normal at each corner.
     pub ids: Vec<Vec<u32>>,
-    /// Parameters of a vertex on a face, where the face is regular there.
+    /// Foot points of the vertices; those at degenerate points of a face are absent.
     pub feet: Feet,
 }
 
-/// Parameters by vertex and face.
+/// Surface parameters of the foot points, by (vertex, face).
 pub(super) type Feet = FxHashMap<(u32, u32), Vec2>;
 
-/// Where a normal is asked for: a vertex on a face; at a degenerate point of the face (pole, apex) also an
-/// element, whose direction the limit is taken along.
+/// Key of a normal: vertex and face. At a degenerate point of the face (pole, apex) the normal is the limit from within
+/// an element, which is then part of the key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-struct Place {
+struct NormalKey {
     vertex: u32,
     face: u32,
     element: u32,
 }
 
-const EVERY_ELEMENT: u32 = u32::MAX;
+/// Value of [`NormalKey::element`] where all elements of the face have the same normal.
+const ALL_ELEMENTS: u32 = u32::MAX;
 
-/// Builds the table. Normals at a vertex that differ by less than `smooth` [rad] become one, their mean.
-pub(super) fn table(
+/// Computes the normals of all vertices on all faces. Normals at a vertex that differ by less than `smooth` [rad] are
+/// replaced by their mean.
+///
+/// # Errors
+/// [`ConvertError::Normal`] where a face has no normal; [`ConvertError::Searches`].
+pub(super) fn vertex_normals(
     model: &Model,
     mesh: &SurfaceMesh,
     smooth: f64,
     searches: &Searches<'_>,
 ) -> Result<NormalTable, ConvertError> {
-    let mut places: Vec<Place> = mesh
+    let mut keys: Vec<NormalKey> = mesh
         .elements
         .iter()
         .flat_map(|e| e.nodes().iter().map(|&vertex| (vertex, e.face)))
-        .map(|(vertex, face)| Place { vertex, face, element: EVERY_ELEMENT })
+        .map(|(vertex, face)| NormalKey { vertex, face, element: ALL_ELEMENTS })
         .collect();
-    places.sort_unstable();
-    places.dedup();
-    let feet: Vec<(Vec2, Option<Vec3>)> = places
+    keys.sort_unstable();
+    keys.dedup();
+    let feet: Vec<(Vec2, Option<Vec3>)> = keys
         .par_iter()
-        .map(|place| foot(searches.face(place.face), &mesh.vertices[place.vertex as usize]))
+        .map(|key| foot_and_normal(searches.face(key.face), &mesh.vertices[key.vertex as usize]))
         .collect();
     searches.check()?;
     let (mut known, mut regular) = (FxHashMap::default(), Feet::default());
     let mut degenerate: FxHashMap<(u32, u32), Vec2> = FxHashMap::default();
-    for (place, &(uv, normal)) in places.iter().zip(&feet) {
+    for (key, &(uv, normal)) in keys.iter().zip(&feet) {
         let Some(own) = normal else {
-            degenerate.insert((place.vertex, place.face), uv);
+            degenerate.insert((key.vertex, key.face), uv);
             continue;
         };
-        let x = &mesh.vertices[place.vertex as usize];
-        let other = beyond_crease(model, (place.face, uv), x, searches);
-        known.insert(*place, other.unwrap_or(own));
+        let x = &mesh.vertices[key.vertex as usize];
+        let other = normal_beyond_crease(model, (key.face, uv), x, searches);
+        known.insert(*key, other.unwrap_or(own));
         if other.is_none() {
-            regular.insert((place.vertex, place.face), uv);
+            regular.insert((key.vertex, key.face), uv);
         }
     }
-    add_limits(mesh, &degenerate, searches, &mut known)?;
+    add_limit_normals(mesh, &degenerate, searches, &mut known)?;
     searches.check()?;
-    let (normals, ids) = number(mesh, &known, smooth);
+    let (normals, ids) = number_normals(mesh, &known, smooth);
     Ok(NormalTable { normals, ids, feet: regular })
 }
 
-/// Adds normals at degenerate points of faces, an element's each.
-fn add_limits(
+/// Adds the normals at degenerate points of faces, one for each element.
+fn add_limit_normals(
     mesh: &SurfaceMesh,
     degenerate: &FxHashMap<(u32, u32), Vec2>,
     searches: &Searches<'_>,
-    known: &mut FxHashMap<Place, Vec3>,
+    known: &mut FxHashMap<NormalKey, Vec3>,
 ) -> Result<(), ConvertError> {
     for (id, element) in mesh.elements.iter().enumerate() {
         for &vertex in element.nodes() {
             let Some(&uv) = degenerate.get(&(vertex, element.face)) else { continue };
             let searched = searches.face(element.face);
-            let normal = limit(searched, uv, mesh, element.nodes()).ok_or_else(|| {
+            let normal = limit_normal(searched, uv, mesh, element.nodes()).ok_or_else(|| {
                 let x = mesh.vertices[vertex as usize];
                 let face = searched.face.source.clone();
                 ConvertError::Normal { face, x: x.x, y: x.y, z: x.z }
             })?;
-            known.insert(Place { vertex, face: element.face, element: id as u32 }, normal);
+            known.insert(NormalKey { vertex, face: element.face, element: id as u32 }, normal);
         }
     }
     Ok(())
 }
 
-/// Foot of a vertex on its own face's surface, and the normal where it is well defined.
-fn foot(searched: SearchedFace<'_>, x: &Vec3) -> (Vec2, Option<Vec3>) {
+/// Foot point of a vertex on the surface of a face, and the normal where the surface is regular. It is regular where
+/// one tangent, times the width of its parameter range, is longer than 1e-6 of the other.
+fn foot_and_normal(searched: SearchedFace<'_>, x: &Vec3) -> (Vec2, Option<Vec3>) {
     let (face, (uv, _)) = (searched.face, searched.closest(x));
     let d = face.surface.derivs(uv);
     let [u, v] = face.surface.domain();
@@ -105,9 +113,10 @@ fn foot(searched: SearchedFace<'_>, x: &Vec3) -> (Vec2, Option<Vec3>) {
     (uv, if regular { face.normal(uv) } else { None })
 }
 
-/// Normal at a vertex that lies on another part of the face of the file of which face `id` is one, where another program's
-/// element goes across the crease between them; `uv`: its foot on face `id`.
-fn beyond_crease(
+/// Normal at a vertex on another part of the CAD face to which face `id` belongs. The elements of a foreign mesh may
+/// cross the crease between the parts of a split face. `uv` is the foot point on face `id`. `None` when the vertex lies
+/// on face `id`, or when no other part is closer than half its distance from that face.
+fn normal_beyond_crease(
     model: &Model,
     (id, uv): (u32, Vec2),
     x: &Vec3,
@@ -118,65 +127,71 @@ fn beyond_crease(
     if parts.len() < 2 {
         return None;
     }
-    let off = |face: &Face, uv: Vec2| (face.surface.point(uv) - x).norm();
-    let own = off(&model.faces[f], uv);
+    let distance = |face: &Face, uv: Vec2| (face.surface.point(uv) - x).norm();
+    let own = distance(&model.faces[f], uv);
     if own <= model.join_tolerance {
         return None;
     }
     let others = parts.filter(|&k| k != f).filter_map(|k| {
-        let (uv, normal) = foot(searches.on(id, k), x);
-        Some((off(&model.faces[k], uv), normal?))
+        let (uv, normal) = foot_and_normal(searches.face_on_budget(id, k), x);
+        Some((distance(&model.faces[k], uv), normal?))
     });
     let nearest = others.min_by(|a, b| a.0.total_cmp(&b.0))?;
     (nearest.0 < 0.5 * own).then_some(nearest.1)
 }
 
-/// Normal on the way from a degenerate point into an element: there the surface is regular, and a thousandth of
-/// the way is near enough to the limit for a quadratic surface; the same at a tenth of that gives the rate.
-fn limit(searched: SearchedFace<'_>, uv: Vec2, mesh: &SurfaceMesh, nodes: &[u32]) -> Option<Vec3> {
+/// Limit of the normal at a degenerate point `uv`, from within an element. It is extrapolated linearly from the normals
+/// at the fractions 1e-3 and 1e-4 of the path to the centre of the element. The surface is regular there.
+fn limit_normal(
+    searched: SearchedFace<'_>,
+    uv: Vec2,
+    mesh: &SurfaceMesh,
+    nodes: &[u32],
+) -> Option<Vec3> {
     let center: Vec3 =
         nodes.iter().map(|&n| mesh.vertices[n as usize]).sum::<Vec3>() / nodes.len() as f64;
     let (face, (inside, _)) = (searched.face, searched.closest(&center));
-    let at = |share: f64| {
-        // The parameter that is anybody's at the pole is the element's own; the other one goes to the pole.
+    let at = |fraction: f64| {
+        // The parameter that is arbitrary at the pole is that of the element's centre.
         let d = face.surface.derivs(uv);
         let [u, v] = face.surface.domain();
         let u_collapsed = d.su.norm() * (u[1] - u[0]) <= d.sv.norm() * (v[1] - v[0]);
         let start = if u_collapsed { Vec2::new(inside.x, uv.y) } else { Vec2::new(uv.x, inside.y) };
-        face.normal(start + (inside - start) * share)
+        face.normal(start + (inside - start) * fraction)
     };
     let (near, nearer) = (at(1e-3)?, at(1e-4)?);
-    // Extrapolated to zero: (10 nearer - near) / 9.
+    // Linear extrapolation to zero: (10 n(1e-4) - n(1e-3)) / 9.
     crate::geometry::frame::unit((nearer * 10.0 - near) / 9.0)
 }
 
-/// Merges the normals of each vertex and numbers them.
-fn number(
+/// Merges the normals of each vertex by [`merge_normals`] and indexes them by element corner.
+fn number_normals(
     mesh: &SurfaceMesh,
-    known: &FxHashMap<Place, Vec3>,
+    known: &FxHashMap<NormalKey, Vec3>,
     smooth: f64,
 ) -> (Vec<Vec3>, Vec<Vec<u32>>) {
-    let mut places: Vec<Place> = known.keys().copied().collect();
-    places.sort_unstable();
+    let mut keys: Vec<NormalKey> = known.keys().copied().collect();
+    keys.sort_unstable();
     let mut normals: Vec<Vec3> = Vec::new();
-    let mut id_of: FxHashMap<Place, u32> = FxHashMap::default();
-    for group in places.chunk_by(|a, b| a.vertex == b.vertex) {
-        let here: Vec<Vec3> = group.iter().map(|place| known[place]).collect();
-        let numbers = merged(&here, smooth, &mut normals);
+    let mut id_of: FxHashMap<NormalKey, u32> = FxHashMap::default();
+    for group in keys.chunk_by(|a, b| a.vertex == b.vertex) {
+        let here: Vec<Vec3> = group.iter().map(|key| known[key]).collect();
+        let numbers = merge_normals(&here, smooth, &mut normals);
         id_of.extend(group.iter().copied().zip(numbers));
     }
     let ids = mesh.elements.iter().enumerate().map(|(id, e)| {
-        let at = |vertex: u32, element: u32| id_of.get(&Place { vertex, face: e.face, element });
-        let known = |&v: &u32| at(v, EVERY_ELEMENT).or_else(|| at(v, id as u32)).copied();
+        let at =
+            |vertex: u32, element: u32| id_of.get(&NormalKey { vertex, face: e.face, element });
+        let known = |&v: &u32| at(v, ALL_ELEMENTS).or_else(|| at(v, id as u32)).copied();
         e.nodes().iter().filter_map(known).collect()
     });
     (normals, ids.collect())
 }
 
-/// Puts the normals of one vertex behind all others, those that differ by less than `smooth` [rad] as one, their mean;
-/// returns the number of each.
-pub(super) fn merged(here: &[Vec3], smooth: f64, all: &mut Vec<Vec3>) -> Vec<u32> {
-    // First normal and sum of each that is told apart.
+/// Appends the normals of one vertex to `all` and returns the index of each. Normals within `smooth` [rad] of the first
+/// one of a group are replaced by the normalised mean of the group.
+pub(super) fn merge_normals(here: &[Vec3], smooth: f64, all: &mut Vec<Vec3>) -> Vec<u32> {
+    // First normal and sum of each group.
     let mut clusters: Vec<(Vec3, Vec3)> = Vec::new();
     let first = all.len();
     let numbers = here.iter().map(|n| {

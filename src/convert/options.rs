@@ -1,28 +1,29 @@
-//! Choices of a conversion, and what it found.
+//! Options and report of a conversion.
 
 use crate::geometry::Vec3;
 use crate::tool::ToolKind;
 use crate::tool::build::StraightEdge;
 use crate::tool::edge::EdgeRule;
 
-/// Choices of a conversion.
+/// Options of a conversion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConvertOptions {
     /// Name of the tool.
     pub name: String,
-    /// Nagata patches or facets.
+    /// Patch kind: Nagata or facets.
     pub kind: ToolKind,
-    /// How edges are curved.
+    /// Rule for the coefficient of an edge (Eq. 8).
     pub edges: EdgeRule,
-    /// What Eq. 8 leaves open, and edges that its guard catches, follow the CAD (Nagata).
+    /// Components of the coefficient that Eq. 8 leaves undetermined follow the CAD, and so do edges rejected by its
+    /// guard (Nagata only).
     pub through_cad: bool,
-    /// Normals of neighbouring faces closer than this at a vertex are one [degrees].
+    /// Angle between the normals of adjacent faces at a vertex below which they are merged [degrees].
     pub smooth_deg: f64,
-    /// Direction to the sheet: the model is turned round if its faces look the other way on the whole.
+    /// Direction towards the sheet. The model is reversed if its vector area points the other way.
     pub sheet_side: Option<Vec3>,
-    /// Turns the model round (after `sheet_side`).
+    /// Reverses the model (after `sheet_side`).
     pub flip: bool,
-    /// Edges of patches that fold whatever else is done are made straight (Nagata).
+    /// Edges of patches that remain folded after all other repairs become straight (Nagata only).
     pub straighten: bool,
 }
 
@@ -41,25 +42,25 @@ impl Default for ConvertOptions {
     }
 }
 
-/// What a conversion found.
+/// Report of a conversion.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ConvertReport {
-    /// Edges at which the faces on both sides keep normals of their own.
+    /// Number of crease edges: the patches on both sides have different normals.
     pub creases: usize,
-    /// Edges that the guard made straight.
+    /// Edges made straight by the guard or to remove a fold.
     pub straight: Vec<StraightEdge>,
-    /// Edges that the guard would have made straight and that follow the CAD instead, off their normals.
+    /// Edges rejected by the guard that follow the CAD instead of a chord; they are not perpendicular to their normals.
     pub bent: Vec<StraightEdge>,
-    /// Quadrilaterals that folded and were split in two triangles.
+    /// Number of folded quadrilaterals that were split into two triangles.
     pub split: usize,
-    /// Faces that were divided more finely than asked, as patches of them folded.
+    /// Faces divided more finely than requested because patches on them folded.
     pub finer: Vec<usize>,
-    /// Faces without a patch: of no area within the tolerance to which the model is joined, or not in the mesh.
+    /// Faces without a patch: not in the mesh, or with zero area to within the joining tolerance.
     pub bare: Vec<usize>,
-    /// Patches whose edges lost the curves that were asked for, as patches folded with them.
+    /// Patches whose edges were changed to Eq. 8 or to chords because patches folded.
     pub redone: Vec<u32>,
-    /// Patches that fold still: somewhere `(S_eta x S_zeta) . n < 0`.
+    /// Patches that remain folded: `(S_eta x S_zeta) . n < 0` at some point.
     pub folded: Vec<u32>,
-    /// The model was turned round to look at the sheet.
+    /// True when the model was reversed to face the sheet.
     pub turned: bool,
 }

@@ -1,21 +1,21 @@
-//! Some of the faces of a model.
+//! Submodels: a subset of the faces of a model.
 
 use std::collections::BTreeMap;
 
 use crate::cad::Model;
 use crate::cad::raw::LostFace;
 
-/// A model of some of the faces of another one.
+/// A subset of the faces of a model, as a model of its own.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// The faces that are kept, numbered anew; the others are among its lost faces.
+    /// The remaining faces, renumbered. The excluded faces are listed among its lost faces.
     pub model: Model,
-    /// For each of them its number in the whole model.
+    /// Number of each remaining face in the complete model.
     pub kept: Vec<usize>,
 }
 
 impl Part {
-    /// `model` without some faces, each given with the reason; `None` when no face is left.
+    /// `model` without `faces`, which map each excluded face to the reason; `None` when no face remains.
     #[must_use]
     pub fn without(model: &Model, faces: &BTreeMap<usize, String>) -> Option<Self> {
         let kept: Vec<usize> = (0..model.faces.len()).filter(|f| !faces.contains_key(f)).collect();
@@ -29,16 +29,17 @@ impl Part {
     }
 }
 
-/// The model of some faces; edges keep their numbers.
+/// The model of the faces `kept`, renumbered in this order. Edges keep their numbers.
 pub(super) fn subset(model: &Model, kept: &[usize]) -> Model {
-    let number: BTreeMap<usize, usize> = kept.iter().enumerate().map(|(k, &f)| (f, k)).collect();
+    let new_number: BTreeMap<usize, usize> =
+        kept.iter().enumerate().map(|(k, &f)| (f, k)).collect();
     let mut out = model.clone();
     out.faces = kept.iter().map(|&f| model.faces[f].clone()).collect();
-    // Numbers change, and who asks for parts attaches meshes of whole files.
+    // The lists of parts of one CAD face would need the new face numbers. They serve only meshes of complete models.
     out.cut.clear();
     for edge in &mut out.edges {
         let uses = edge.uses.iter();
-        edge.uses = uses.filter_map(|u| Some([*number.get(&u[0])?, u[1], u[2]])).collect();
+        edge.uses = uses.filter_map(|u| Some([*new_number.get(&u[0])?, u[1], u[2]])).collect();
     }
     out
 }

@@ -1,7 +1,8 @@
-//! Folded patches repaired: without their given curves, as two triangles, with straight edges.
+//! Repair of folded patches without moving a vertex: edges by Eq. 8, quadrilaterals split into two triangles, straight
+//! edges.
 
+use super::conversion::{Conversion, EdgeOverrides, Source};
 use super::error::ConvertError;
-use super::ground::{Exempt, Ground, Source};
 use super::normals::NormalTable;
 use super::options::ConvertReport;
 use crate::geometry::Vec3;
@@ -9,36 +10,42 @@ use crate::mesh::{Element, SurfaceMesh};
 use crate::tool::edge::EdgeRule;
 use crate::tool::{ToolKind, ToolModel};
 
-/// Rounds of repair: a dropped curve can fold a neighbour.
-const ROUNDS: usize = 4;
-/// Rounds of making edges straight: a chord can fold a neighbour too.
-const STRAIGHTENINGS: usize = 16;
+/// Maximum rounds of replacing prescribed curves by Eq. 8. More than one is needed because a changed curve can fold an
+/// adjacent patch.
+const EQ8_ROUNDS_MAX: usize = 4;
+/// Maximum rounds of making edges straight. More than one is needed because a chord can fold an adjacent patch.
+const STRAIGHTENING_ROUNDS_MAX: usize = 16;
 
-impl Ground<'_> {
-    /// Converts, and repairs what folds unless Eq. 8 was to be left as it is.
+impl Conversion<'_> {
+    /// Converts the mesh and repairs folded patches. There is no repair with [`EdgeRule::Plain`].
     pub(super) fn convert_and_repair(&self) -> Result<(ToolModel, ConvertReport), ConvertError> {
-        let (tool, report) = self.convert(&Exempt::default())?;
+        let (tool, report) = self.convert(&EdgeOverrides::default())?;
         if report.folded.is_empty() || self.options.edges == EdgeRule::Plain {
             return Ok((tool, report));
         }
-        repaired(self, (tool, report))
+        repair(self, (tool, report))
     }
 }
 
-/// The model with as few folded patches as found: first the edges of folded patches become those of Eq. 8, then
-/// folded quadrilaterals are split, and where that is asked the edges of what still folds become straight.
-fn repaired(
-    ground: &Ground<'_>,
+/// Returns the model with the fewest folded patches found by three repairs in this order:
+///
+/// 1. the edges of folded patches follow Eq. 8;
+/// 2. folded quadrilaterals are split;
+/// 3. the edges of patches that remain folded become straight, with [`ConvertOptions::straighten`].
+///
+/// [`ConvertOptions::straighten`]: super::ConvertOptions::straighten
+fn repair(
+    conversion: &Conversion<'_>,
     first: (ToolModel, ConvertReport),
 ) -> Result<(ToolModel, ConvertReport), ConvertError> {
-    let &Ground { source, mesh, options, .. } = ground;
+    let &Conversion { source, mesh, options, .. } = conversion;
     let mut best = first;
-    let mut exempt = Exempt::default();
+    let mut overrides = EdgeOverrides::default();
     if options.through_cad {
-        for _ in 0..ROUNDS {
-            grow(&mut exempt.plain, &best.1.folded);
-            let next = ground.convert(&exempt)?;
-            let done = next.1.folded.iter().all(|k| exempt.plain.contains(k));
+        for _ in 0..EQ8_ROUNDS_MAX {
+            insert(&mut overrides.eq8, &best.1.folded);
+            let next = conversion.convert(&overrides)?;
+            let done = next.1.folded.iter().all(|k| overrides.eq8.contains(k));
             if next.1.folded.len() <= best.1.folded.len() {
                 best = next;
             }
@@ -48,39 +55,40 @@ fn repaired(
         }
     }
     let straighten = options.straighten && options.kind == ToolKind::Nagata;
-    let straightened = |ground: &Ground<'_>, exempt, best| {
-        if straighten { straightened(ground, exempt, best) } else { Ok(best) }
+    let finish = |conversion: &Conversion<'_>, overrides, best| {
+        if straighten { straighten_edges(conversion, overrides, best) } else { Ok(best) }
     };
-    let (cut, parents) = split(mesh, &best.0, &best.1.folded);
+    let (cut, parents) = split_quads(mesh, &best.0, &best.1.folded);
     if !parents.is_empty() {
-        // Split elements are replaced by their first half; the second halves follow at the end, so that ids stay.
-        let own = source.own().map(|table| of_parts(table, mesh, &cut, &parents));
-        let cut = Ground::new(own.as_ref().map_or(source, Source::Own), &cut, options)?;
-        let mut next = cut.convert(&exempt)?;
+        // The first half replaces the element and the second half is appended, so that element numbers remain valid.
+        let own =
+            source.mesh_normals().map(|table| normals_after_split(table, mesh, &cut, &parents));
+        let cut = Conversion::new(own.as_ref().map_or(source, Source::Mesh), &cut, options)?;
+        let mut next = cut.convert(&overrides)?;
         if next.1.folded.len() < best.1.folded.len() {
             next.1.split = parents.len();
-            return straightened(&cut, exempt, next);
+            return finish(&cut, overrides, next);
         }
     }
-    straightened(ground, exempt, best)
+    finish(conversion, overrides, best)
 }
 
-/// The edges of folded patches as chords, and those of patches that fold beside them then, until none does or all that
-/// fold are straight: the model that folds least.
-fn straightened(
-    ground: &Ground<'_>,
-    mut exempt: Exempt,
+/// Replaces the edges of folded patches by chords until no patch folds or all folded patches have straight edges.
+/// Returns the model with the fewest folded patches.
+fn straighten_edges(
+    conversion: &Conversion<'_>,
+    mut overrides: EdgeOverrides,
     mut best: (ToolModel, ConvertReport),
 ) -> Result<(ToolModel, ConvertReport), ConvertError> {
     let split = best.1.split;
     let mut folded = best.1.folded.clone();
-    for _ in 0..STRAIGHTENINGS {
-        let before = exempt.straight.len();
-        grow(&mut exempt.straight, &folded);
-        if exempt.straight.len() == before {
+    for _ in 0..STRAIGHTENING_ROUNDS_MAX {
+        let before = overrides.straight.len();
+        insert(&mut overrides.straight, &folded);
+        if overrides.straight.len() == before {
             break;
         }
-        let mut next = ground.convert(&exempt)?;
+        let mut next = conversion.convert(&overrides)?;
         folded.clone_from(&next.1.folded);
         if folded.len() < best.1.folded.len() {
             next.1.split = split;
@@ -90,15 +98,17 @@ fn straightened(
     Ok(best)
 }
 
-fn grow(list: &mut Vec<u32>, by: &[u32]) {
-    list.extend(by);
+/// Inserts `elements` into a sorted list without duplicates.
+fn insert(list: &mut Vec<u32>, elements: &[u32]) {
+    list.extend(elements);
     list.sort_unstable();
     list.dedup();
 }
 
-/// The mesh with the folded quadrilaterals cut along the diagonal whose triangles turn least against the normals.
-/// Elements that the second halves are of follow.
-fn split(mesh: &SurfaceMesh, tool: &ToolModel, folded: &[u32]) -> (SurfaceMesh, Vec<u32>) {
+/// Splits folded quadrilaterals along the diagonal with the larger minimum of (area vector . mean normal) over its two
+/// triangles. A quadrilateral is not split when that minimum is not positive. Returns the mesh and, for each appended
+/// second half, the number of the split element.
+fn split_quads(mesh: &SurfaceMesh, tool: &ToolModel, folded: &[u32]) -> (SurfaceMesh, Vec<u32>) {
     let mut out = mesh.clone();
     let (mut seconds, mut parents) = (Vec::new(), Vec::new());
     for &k in folded {
@@ -106,7 +116,7 @@ fn split(mesh: &SurfaceMesh, tool: &ToolModel, folded: &[u32]) -> (SurfaceMesh, 
         let [a, b, c, d] = *element.nodes() else { continue };
         let corners = &tool.corners[k as usize];
         let normal: Vec3 = corners.normals.iter().map(|&n| tool.normals[n as usize]).sum();
-        // The tool may have been turned round: the area tells which way its elements go.
+        // The tool may be reversed against the mesh; the first vertex shows this.
         let x = |n: u32| mesh.vertices[n as usize];
         let cross = |t: [u32; 3]| (x(t[1]) - x(t[0])).cross(&(x(t[2]) - x(t[0]))).dot(&normal);
         let turned = corners.vertices.first() != element.nodes().first();
@@ -124,8 +134,9 @@ fn split(mesh: &SurfaceMesh, tool: &ToolModel, folded: &[u32]) -> (SurfaceMesh, 
     (out, parents)
 }
 
-/// Normals at the corners of a mesh some of whose elements were cut: those of the elements before.
-fn of_parts(
+/// Corner normals of the mesh `cut` with split elements, taken from the original elements; `parents` as from
+/// [`split_quads`].
+fn normals_after_split(
     table: &NormalTable,
     before: &SurfaceMesh,
     cut: &SurfaceMesh,

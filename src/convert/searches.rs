@@ -1,4 +1,4 @@
-//! Closest-point searches of a conversion, counted by CAD face: a face that makes them too costly is refused by name.
+//! Closest-point searches of a conversion, with a work limit for each CAD face.
 
 use rustc_hash::FxHashMap;
 
@@ -9,7 +9,7 @@ use crate::geometry::nurbs::SearchBudget;
 use crate::geometry::{Vec2, Vec3};
 use crate::mesh::SurfaceMesh;
 
-/// Cells that the searches of a conversion may examine: on each face, and besides for each of its elements.
+/// Work limit of the searches on one face, in cells: `per_face + per_element * elements of the face`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SearchLimits {
     per_face: u64,
@@ -17,23 +17,23 @@ pub(super) struct SearchLimits {
 }
 
 impl SearchLimits {
-    /// For normals and Nagata patches. Of 1276 faces of 90 files, the most costly needed 26,153 cells with 11 elements;
-    /// surfaces that rest along a line (`tests/creases.rs`) need 12,000 for each vertex there.
+    /// Limit for normals and Nagata patches. The maximum over 1276 faces of 90 files is 26,153 cells with 11 elements.
+    /// Surfaces with a degenerate line (`tests/creases.rs`) need 12,000 cells for each vertex on it.
     pub(super) const NAGATA: Self = Self { per_face: 2_000_000, per_element: 500 };
-    /// For Bezier patches. Of 399 faces of 60 files, the most costly needed 870,260 cells with 718 elements, 617,174 with
-    /// 308, and 38,083 with 4. Surfaces that rest along a line need 1.6 to 34 million there and give folded patches that
-    /// are millimetres off; they are refused.
+    /// Limit for Bezier patches. The largest needs of 399 faces of 60 files are 870,260 cells with 718 elements,
+    /// 617,174 with 308 and 38,083 with 4. Surfaces that touch themselves along a line need 1.6 to 34 million and give
+    /// folded patches with errors of millimetres; they are refused.
     pub(super) const BEZIER: Self = Self { per_face: 500_000, per_element: 5_000 };
 }
 
-/// Searches of one conversion.
+/// Closest-point searches of one conversion.
 pub(super) struct Searches<'a> {
     model: &'a Model,
-    /// By face of the mesh.
+    /// Budget of each face of the mesh.
     budgets: FxHashMap<u32, SearchBudget>,
 }
 
-/// A face whose searches are counted.
+/// A face and the budget of the searches on it.
 #[derive(Clone, Copy)]
 pub(super) struct SearchedFace<'s> {
     pub(super) face: &'s Face,
@@ -41,7 +41,7 @@ pub(super) struct SearchedFace<'s> {
 }
 
 impl<'a> Searches<'a> {
-    /// Budgets for the faces of `mesh`.
+    /// Creates the budgets of the faces of `mesh`.
     pub(super) fn new(model: &'a Model, mesh: &SurfaceMesh, limits: SearchLimits) -> Self {
         let mut cells: FxHashMap<u32, u64> = FxHashMap::default();
         for element in &mesh.elements {
@@ -51,20 +51,20 @@ impl<'a> Searches<'a> {
         Self { model, budgets: budgets.collect() }
     }
 
-    /// Face `id` of the mesh.
+    /// Face `id` of the mesh, with its budget.
     pub(super) fn face(&self, id: u32) -> SearchedFace<'_> {
-        self.on(id, id as usize)
+        self.face_on_budget(id, id as usize)
     }
 
-    /// Face `other` of the model, searched on the budget of face `id` of the mesh.
-    pub(super) fn on(&self, id: u32, other: usize) -> SearchedFace<'_> {
+    /// Face `other` of the model, with the budget of face `id` of the mesh.
+    pub(super) fn face_on_budget(&self, id: u32, other: usize) -> SearchedFace<'_> {
         SearchedFace { face: &self.model.faces[other], budget: &self.budgets[&id] }
     }
 
-    /// Refuses the first face whose budget is spent: its results depend on the order of threads.
+    /// Checks that no budget is exhausted. The results on such a face depend on the order of threads.
     ///
     /// # Errors
-    /// [`ConvertError::Searches`].
+    /// [`ConvertError::Searches`] with the lowest-numbered face whose budget is exhausted.
     pub(super) fn check(&self) -> Result<(), ConvertError> {
         let spent = self.budgets.iter().filter(|(_, budget)| budget.is_spent());
         match spent.min_by_key(|(face, _)| **face) {
@@ -83,12 +83,13 @@ impl SearchedFace<'_> {
         self.budget.closest(&self.face.surface, p)
     }
 
-    /// The same, quicker where `start` is near the foot.
+    /// As [`Self::closest`], faster when `start` is near the foot point.
     pub(super) fn closest_from(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
         self.budget.closest_from(&self.face.surface, p, start)
     }
 
-    /// As `Surface::closest_near`, for points whose neighbour's foot is `start`.
+    /// As `Surface::closest_near`; `start` is the foot point of a neighbouring point, `enough` a squared distance
+    /// [mm^2].
     pub(super) fn closest_near(&self, p: &Vec3, start: Vec2, enough: f64) -> (Vec2, f64) {
         self.budget.closest_near(&self.face.surface, p, start, enough)
     }

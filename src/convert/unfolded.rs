@@ -1,4 +1,4 @@
-//! The built-in mesh, its faces divided more finely where their patches fold.
+//! Built-in mesh and conversion; faces with folded patches are divided more finely.
 
 use super::{ConvertError, ConvertOptions, ConvertReport, convert};
 use crate::cad::Model;
@@ -7,116 +7,119 @@ use crate::mesh::mapped::plan::Plan;
 use crate::mesh::{MeshError, SurfaceMesh};
 use crate::tool::ToolModel;
 
-/// Times the folded faces are divided more finely.
-const ROUNDS: usize = 12;
-/// Times without fewer folded patches, after which it ends.
-const PATIENCE: usize = 4;
-/// Patches over those of the mesh as asked, at which it ends.
-const MOST_TIMES: usize = 16;
+/// Maximum rounds of refinement of faces with folded patches.
+const ROUNDS_MAX: usize = 12;
+/// Rounds without a reduction of the number of folded patches after which the refinement stops.
+const STAGNANT_ROUNDS_MAX: usize = 4;
+/// Number of patches, over that of the requested mesh, above which the refinement stops.
+const PATCH_RATIO_MAX: usize = 16;
 
-/// Patches of all finer meshes together, besides [`PATCHES_TIMES`] as many as the mesh as asked has, at which it ends. Of 60
-/// files the one that takes most until nothing folds takes 4093 from 207. Doubled, faces that fold whatever is done take
-/// twice as long.
-const PATCHES: usize = 10_000;
-/// See [`PATCHES`].
-const PATCHES_TIMES: usize = 4;
+/// Work limit, in patches over all refined meshes: `TOTAL_PATCHES_MAX + TOTAL_PATCHES_RATIO_MAX * patches of the
+/// requested mesh`. The largest need of 60 files until no patch folds is 4093, for 207 requested patches. Doubled:
+/// faces that fold at any size take twice as long.
+const TOTAL_PATCHES_MAX: usize = 10_000;
+/// See [`TOTAL_PATCHES_MAX`].
+const TOTAL_PATCHES_RATIO_MAX: usize = 4;
 
-/// Why there is no model.
+/// Reason why no model can be made.
 #[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum UnfoldedError {
-    /// No mesh.
+    /// Meshing failed.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// No tool model.
+    /// Conversion failed.
     #[error(transparent)]
     Convert(#[from] ConvertError),
 }
 
-/// Meshes and converts `model`. A face of which patches fold is meshed again with a third more divisions of its edges
-/// and of its inside, until none folds or the patches made meanwhile are too many ([`PATCHES`]); [`ConvertReport::finer`] lists those faces. Where that does not help (borders that meet without an
-/// angle, as where the chamfer of a nut ends), edges of what still folds become straight.
+/// Meshes and converts `model` without folded patches where possible.
+///
+/// A face with folded patches is meshed again with a third more divisions of its edges and its interior. This is
+/// repeated until no patch folds or the work limit is reached. [`ConvertReport::finer`] lists these faces. If patches
+/// remain folded, their edges become straight. This is needed at borders that meet without an angle, such as the runout
+/// of a chamfer.
 ///
 /// # Errors
-/// [`UnfoldedError`]: as the mesher and [`convert`] say.
+/// [`UnfoldedError`]: errors of the mesher and of [`convert`].
 pub fn mesh_and_convert(
     model: &Model,
     mesh: &MappedOptions,
     options: &ConvertOptions,
 ) -> Result<(ToolModel, ConvertReport), UnfoldedError> {
     let plan = Plan::new(model, mesh)?;
-    let mut asked = Asked::at_first(&plan, mesh.arc_divisions, model.faces.len());
-    let mut best_mesh = plan.mesh(&asked.minima, &asked.density)?;
+    let mut requested = RequestedDivisions::initial(&plan, mesh.arc_divisions, model.faces.len());
+    let mut best_mesh = plan.mesh(&requested.minima, &requested.density)?;
     let mut best = convert(model, &best_mesh, options)?;
-    let most = MOST_TIMES * best.0.patches.len();
-    let mut left = PATCHES + PATCHES_TIMES * best.0.patches.len();
-    let mut folded = faces_of(&best);
-    let mut in_vain = 0;
-    for _ in 0..ROUNDS {
-        if folded.is_empty() || in_vain == PATIENCE {
+    let most = PATCH_RATIO_MAX * best.0.patches.len();
+    let mut left = TOTAL_PATCHES_MAX + TOTAL_PATCHES_RATIO_MAX * best.0.patches.len();
+    let mut folded = folded_faces(&best);
+    let mut stagnant = 0;
+    for _ in 0..ROUNDS_MAX {
+        if folded.is_empty() || stagnant == STAGNANT_ROUNDS_MAX {
             break;
         }
-        asked.divide(&folded, model, &plan);
-        // Too fine to be meshed, or a vertex without a normal: what there is.
-        let Ok(mesh) = plan.mesh(&asked.minima, &asked.density) else { break };
+        requested.refine(&folded, model, &plan);
+        // If the refined mesh fails (too many elements, undefined normal), the best model so far is kept.
+        let Ok(mesh) = plan.mesh(&requested.minima, &requested.density) else { break };
         let Some(rest) = left.checked_sub(mesh.elements.len()) else { break };
         left = rest;
         let Ok(next) = convert(model, &mesh, options) else { break };
         if next.0.patches.len() > most {
             break;
         }
-        folded = faces_of(&next);
-        in_vain += 1;
+        folded = folded_faces(&next);
+        stagnant += 1;
         if next.1.folded.len() < best.1.folded.len() {
             (best, best_mesh) = (next, mesh);
-            best.1.finer = asked.finer_faces();
-            in_vain = 0;
+            best.1.finer = requested.refined_faces();
+            stagnant = 0;
         }
     }
     if !best.1.folded.is_empty() {
-        best = straightened(model, &best_mesh, options, best.1.finer)?;
+        best = convert_straightened(model, &best_mesh, options, best.1.finer)?;
     }
     Ok(best)
 }
 
-/// Divisions asked of the mesher.
-struct Asked {
-    /// Least divisions, by edge.
+/// Divisions requested from the mesher.
+struct RequestedDivisions {
+    /// Minimum divisions of each edge.
     minima: Vec<usize>,
-    /// Divisions of a quarter turn inside faces, by face.
+    /// Divisions per quarter turn inside each face.
     density: Vec<usize>,
-    /// Faces divided more finely than at first.
+    /// True for each face that was refined.
     finer: Vec<bool>,
 }
 
-impl Asked {
-    /// Asks for what the plan asks for, and `density` divisions of a quarter turn inside all faces.
-    fn at_first(plan: &Plan, density: usize, faces: usize) -> Self {
+impl RequestedDivisions {
+    /// The minimum divisions of the plan, and `density` divisions per quarter turn inside all faces.
+    fn initial(plan: &Plan, density: usize, faces: usize) -> Self {
         let minima = plan.minima().to_vec();
         Self { minima, density: vec![density; faces], finer: vec![false; faces] }
     }
 
-    /// Divides some faces and their edges a third more finely.
-    fn divide(&mut self, faces: &[usize], model: &Model, plan: &Plan) {
+    /// Refines faces and their edges by a third.
+    fn refine(&mut self, faces: &[usize], model: &Model, plan: &Plan) {
         let counts = plan.agree(&self.minima).counts;
         for &f in faces {
             self.finer[f] = true;
-            self.density[f] = more(self.density[f]);
+            self.density[f] = refined_count(self.density[f]);
             let uses = model.faces[f].loops.iter().flat_map(|l| &l.uses);
             for e in uses.filter_map(|u| u.edge) {
-                self.minima[e] = self.minima[e].max(more(counts[e]));
+                self.minima[e] = self.minima[e].max(refined_count(counts[e]));
             }
         }
     }
 
-    /// Lists the faces divided more finely than at first.
-    fn finer_faces(&self) -> Vec<usize> {
+    /// Lists the refined faces.
+    fn refined_faces(&self) -> Vec<usize> {
         (0..self.finer.len()).filter(|&f| self.finer[f]).collect()
     }
 }
 
-/// The model of a mesh, edges of what folds whatever is done straight.
-fn straightened(
+/// Converts a mesh with straight edges of the patches that remain folded; `finer` is entered in the report.
+fn convert_straightened(
     model: &Model,
     mesh: &SurfaceMesh,
     options: &ConvertOptions,
@@ -127,13 +130,13 @@ fn straightened(
     Ok((tool, ConvertReport { finer, ..report }))
 }
 
-/// A third more divisions.
-fn more(n: usize) -> usize {
+/// Divisions increased by a third.
+fn refined_count(n: usize) -> usize {
     n + n.div_ceil(3)
 }
 
-/// Faces with a folded patch, each once.
-fn faces_of((tool, report): &(ToolModel, ConvertReport)) -> Vec<usize> {
+/// Lists the faces with a folded patch, without duplicates.
+fn folded_faces((tool, report): &(ToolModel, ConvertReport)) -> Vec<usize> {
     let mut faces: Vec<usize> =
         report.folded.iter().map(|&k| tool.faces[k as usize] as usize).collect();
     faces.sort_unstable();
@@ -160,16 +163,17 @@ mod tests {
         RawFace { surface, loops: vec![ring], flipped: false, source: "face".into(), shell: None }
     }
 
-    /// A corner of a nut of width 32: two of its flats, their chamfer, and a wedge of its top, whose rim touches the flats
-    /// but for what files are off: they cut it by 2e-7 mm.
+    /// A corner of a nut of width 32 mm: two flats, their chamfer, and a wedge of the top. The rim of the top is
+    /// tangent to the flats except for a file error: the flats cut it by 2e-7 mm.
     fn nut() -> Model {
         const R: f64 = 16.0;
         const WIDE: f64 = R - 2e-7;
-        let sixth = Frame { x: on(PI / 3.0, 1.0), y: on(5.0 * PI / 6.0, 1.0), ..Frame::world() };
+        let sixth =
+            Frame { x: polar(PI / 3.0, 1.0), y: polar(5.0 * PI / 6.0, 1.0), ..Frame::world() };
         let frames = [Frame::world(), sixth];
         let drop = |y: f64| -((WIDE * WIDE + y * y).sqrt() - R) / 3.0f64.sqrt();
         let end = R * (PI / 6.0).tan();
-        // Where the chamfer cuts the flat at angle zero, from the rim to the corner of the nut, either way; the same turned.
+        // Intersection of the chamfer with the flat of frame `f`, from the rim to the corner of the nut on one side.
         let cut = |f: Frame, sign: f64| {
             let at = move |t: f64| f.x * WIDE + f.y * (sign * end * t) + f.z * drop(end * t);
             Curve3::fitted(at, &[0.0, 1.0], 1e-10)
@@ -187,9 +191,9 @@ mod tests {
         let down = Frame { x: Vec3::x(), y: -Vec3::y(), z: -Vec3::z(), ..Frame::world() };
         let cone = RawSurface::Cone { frame: down, radius: R, semi_angle: PI / 3.0 };
         let top = vec![
-            Curve3::line(Vec3::zeros(), on(0.0, R)),
+            Curve3::line(Vec3::zeros(), polar(0.0, R)),
             rim.clone(),
-            Curve3::line(on(PI / 3.0, R), Vec3::zeros()),
+            Curve3::line(polar(PI / 3.0, R), Vec3::zeros()),
         ];
         let faces = vec![
             face(cone, vec![rim.reversed(), first.clone(), second.reversed()]),
@@ -200,8 +204,8 @@ mod tests {
         build(RawModel { faces, ..RawModel::default() }, "nut").0
     }
 
-    /// The point at an angle on a circle about the z axis.
-    fn on(angle: f64, radius: f64) -> Vec3 {
+    /// Point at `angle` [rad] on a circle about the z axis.
+    fn polar(angle: f64, radius: f64) -> Vec3 {
         Vec3::new(angle.cos(), angle.sin(), 0.0) * radius
     }
 
@@ -224,7 +228,7 @@ mod tests {
         assert!(chords > 0);
     }
 
-    /// Curves of the edges made straight because patches folded, in order.
+    /// Coefficients of the edges made straight because patches folded, in order.
     fn chords((tool, report): &(ToolModel, ConvertReport)) -> Vec<[f64; 3]> {
         let folds = report.straight.iter().filter(|e| e.fault == EdgeFault::Folds);
         let curve = |v: [u32; 2]| tool.curves.iter().find(|c| c.vertices == v).map(|c| c.c);
@@ -239,7 +243,7 @@ mod tests {
         let count = chords(&found).len();
         let up = Vec3::z() * 1e-3;
         let moved: Vec<Vec3> = found.0.vertices.iter().map(|x| x + up * x.x.sin()).collect();
-        found.0.curves = crate::convert::edges::moved(&found.0, &moved);
+        found.0.curves = crate::convert::edges::curves_after_motion(&found.0, &moved);
         assert!(count > 0 && chords(&found) == vec![[0.0; 3]; count]);
     }
 

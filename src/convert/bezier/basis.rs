@@ -5,16 +5,18 @@ use nalgebra::DMatrix;
 use crate::geometry::Vec3;
 use crate::tool::patch::{MAX_DEGREE, bernstein};
 
-/// Nodes of the highest degree.
+/// Number of nodes of the maximum degree.
 pub const NODES: usize = MAX_DEGREE + 1;
 
-/// Node `k` of `degree`: Chebyshev points of the second kind on [0, 1], both ends included.
+/// Node `k` of `degree`: Chebyshev point of the second kind on [0, 1], `(1 - cos(pi k / degree)) / 2`. Both ends are
+/// nodes.
 pub fn node(degree: usize, k: usize) -> f64 {
     0.5 - 0.5 * (std::f64::consts::PI * k as f64 / degree as f64).cos()
 }
 
-/// For each degree the matrix from values at the nodes to control points.
+/// Matrices from values at the nodes to control points.
 pub struct Basis {
+    /// Inverse of `B_i(t_k)` for degree 1 to 6.
     inverse: Vec<DMatrix<f64>>,
 }
 
@@ -24,7 +26,7 @@ impl Basis {
         let matrix = |degree: usize| {
             let size = degree + 1;
             let b = DMatrix::from_fn(size, size, |k, i| bernstein(degree, node(degree, k))[0][i]);
-            // Bernstein polynomials are independent: there is an inverse.
+            // The matrix is regular because the Bernstein polynomials are linearly independent.
             b.try_inverse().unwrap_or_else(|| DMatrix::identity(size, size))
         };
         Self { inverse: (1..=MAX_DEGREE).map(matrix).collect() }
@@ -35,19 +37,20 @@ impl Basis {
         node(degree, k)
     }
 
-    /// Control points of the curve through `values` at the nodes.
+    /// Control points of the curve of `degree` that interpolates `values` at the nodes.
     pub fn curve(&self, degree: usize, values: &[Vec3]) -> Vec<Vec3> {
         let m = &self.inverse[degree - 1];
         (0..=degree).map(|i| (0..=degree).map(|k| values[k] * m[(i, k)]).sum()).collect()
     }
 
-    /// Point of a curve.
+    /// Point of the curve with these control points at `t`.
     pub fn value(&self, control: &[Vec3], t: f64) -> Vec3 {
         let b = bernstein(control.len() - 1, t)[0];
         control.iter().zip(b).map(|(p, b)| p * b).sum()
     }
 
-    /// Control points of the patch through `values` at the tensor grid of nodes.
+    /// Control points of the patch of degrees `n` by `m` that interpolates `values` at the tensor grid of nodes. Values
+    /// and control points are stored with the second index fastest.
     pub fn tensor(&self, [n, m]: [usize; 2], values: &[Vec3]) -> Vec<Vec3> {
         let rows: Vec<Vec<Vec3>> =
             (0..=n).map(|i| self.curve(m, &values[i * (m + 1)..(i + 1) * (m + 1)])).collect();

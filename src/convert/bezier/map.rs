@@ -1,4 +1,4 @@
-//! How a patch's parameters go to its face, and how far the patch is from it.
+//! Map from the parameters of a patch to its face, and distance of the patch from the face.
 
 use super::basis::Basis;
 use super::parameters;
@@ -8,37 +8,42 @@ use crate::geometry::{Vec2, Vec3};
 use crate::mesh::Element;
 use crate::tool::Patch;
 
-/// A patch before its degrees are known: the points of its face at the nodes of every degree.
-pub(super) struct Shape {
-    pub(super) map: Map,
-    /// Lowest degrees that keep the tolerance along eta and zeta.
+/// Map and degrees of a patch; they determine its control points.
+pub(super) struct PatchShape {
+    pub(super) map: PatchMap,
+    /// Degrees along eta and zeta.
     pub(super) degrees: [usize; 2],
 }
 
-/// How a patch's parameters go to its face.
-pub(super) struct Map {
+/// Map from (eta, zeta) in the unit square to points of a face.
+pub(super) struct PatchMap {
     /// The sides (eta, 0), (1, zeta), (eta, 1), (0, zeta).
-    pub(super) sides: [Curve; 4],
-    /// Parameters cannot be blended: points are, and projected on the face.
+    pub(super) sides: [PatchSide; 4],
+    /// True when surface parameters cannot be blended (seam, pole). Points are blended instead and projected onto the
+    /// face.
     projected: bool,
 }
 
-/// A side as a patch sees it, in its own direction, with feet on the patch's face.
-pub(super) struct Curve {
-    /// `None`: a side of no length.
+/// A side of a patch in the direction of the patch parameters.
+pub(super) struct PatchSide {
+    /// Key of the shared side; `None` for a side of zero length.
     pub(super) side: Option<[u32; 2]>,
+    /// True when the patch traverses the shared side in the opposite direction.
     reversed: bool,
+    /// Surface parameters of `points` on the face of the patch.
     feet: Vec<Vec2>,
+    /// Points at `side::STEPS` steps of equal arc length.
     points: Vec<Vec3>,
 }
 
-/// True when a patch that is about within `tolerance` [mm] of its face looks against it somewhere.
-pub(super) fn folds(face: SearchedFace<'_>, patch: &Patch, tolerance: f64) -> bool {
+/// True when the normal of a patch points against that of its face at one of 13 x 13 points. The patch should lie
+/// within about `tolerance` [mm] of the face.
+pub(super) fn is_folded(face: SearchedFace<'_>, patch: &Patch, tolerance: f64) -> bool {
     const STEPS: usize = 12;
     let enough = tolerance * tolerance;
     let mut last: Option<Vec2> = None;
     (0..(STEPS + 1) * (STEPS + 1)).any(|k| {
-        // There and back: the next point is beside the last one.
+        // Rows alternate in direction, so that consecutive points are adjacent.
         let (row, along) = (k / (STEPS + 1), k % (STEPS + 1));
         let along = if row % 2 == 0 { along } else { STEPS - along };
         let at = |k: usize| k as f64 / STEPS as f64;
@@ -48,39 +53,44 @@ pub(super) fn folds(face: SearchedFace<'_>, patch: &Patch, tolerance: f64) -> bo
             let against = |n: Vec3| cross.dot(&n) < -1e-9 * d.d1.norm() * d.d2.norm();
             face.face.normal(uv).is_some_and(against)
         };
-        let whole = || face.closest(&d.s).0;
+        let global = || face.closest(&d.s).0;
         let near = last.map(|uv| face.closest_near(&d.s, uv, enough).0);
-        let mut foot = near.unwrap_or_else(whole);
-        // Beyond a pole the last foot leads to the other side of it.
+        let mut foot = near.unwrap_or_else(global);
+        // Near a pole the search from the last foot point can end on the opposite side of the pole.
         if near.is_some() && against(foot) {
-            foot = whole();
+            foot = global();
         }
         last = Some(foot);
         against(foot)
     })
 }
 
-/// Largest distance of a patch from its face's surface at points between the nodes [mm]. Of points a fourth of the `tolerance`
-/// [mm] off or less, the distance from where the map has them at most.
-pub(super) fn error(face: SearchedFace<'_>, patch: &Patch, map: &Map, tolerance: f64) -> f64 {
-    distances(face, patch, map, tolerance).fold(0.0, f64::max)
+/// Maximum distance of a patch from the surface of its face [mm], at 9 x 9 points. Within a quarter of the `tolerance`
+/// [mm] a distance is an upper bound: the search stops there.
+pub(super) fn surface_error(
+    face: SearchedFace<'_>,
+    patch: &Patch,
+    map: &PatchMap,
+    tolerance: f64,
+) -> f64 {
+    surface_distances(face, patch, map, tolerance).fold(0.0, f64::max)
 }
 
-/// Whether [`error`] is at most `limit` [mm]; ends with the first point that is farther.
+/// True when [`surface_error`] is at most `limit` [mm]; stops at the first point above it.
 pub(super) fn is_within(
     face: SearchedFace<'_>,
     patch: &Patch,
-    map: &Map,
+    map: &PatchMap,
     [tolerance, limit]: [f64; 2],
 ) -> bool {
-    distances(face, patch, map, tolerance).all(|distance| distance <= limit)
+    surface_distances(face, patch, map, tolerance).all(|distance| distance <= limit)
 }
 
-/// The distances of [`error`].
-fn distances<'a>(
+/// Distances of a patch from the surface at the points of [`surface_error`] [mm].
+fn surface_distances<'a>(
     face: SearchedFace<'a>,
     patch: &'a Patch,
-    map: &'a Map,
+    map: &'a PatchMap,
     tolerance: f64,
 ) -> impl Iterator<Item = f64> + 'a {
     const STEPS: usize = 9;
@@ -96,12 +106,13 @@ fn distances<'a>(
     })
 }
 
-impl Map {
+impl PatchMap {
+    /// Map of an element. A triangle starts at its pole, if it has one; its fourth side has zero length.
     pub(super) fn new(face: SearchedFace<'_>, element: &Element, sides: &Sides) -> Self {
         let mut ring = element.nodes().to_vec();
         let is_pole = |v: &u32| {
             let uv = face.closest(&sides.vertex(*v)).0;
-            parameters::collapsed(face.face, uv).is_some()
+            parameters::collapsed_parameter(face.face, uv).is_some()
         };
         if ring.len() == 3
             && let Some(pole) = ring.iter().position(is_pole)
@@ -110,19 +121,19 @@ impl Map {
         }
         let centre = ring.iter().map(|&v| sides.vertex(v)).sum::<Vec3>() / ring.len() as f64;
         let near = face.closest(&centre).0;
-        let curve = |a: u32, b: u32| Curve::new(face, element.face, sides, [a, b], near);
+        let curve = |a: u32, b: u32| PatchSide::new(face, element.face, sides, [a, b], near);
         let sides = match ring[..] {
             [a, b, c] => {
                 let (out, back) = (curve(a, b), curve(a, c));
-                let point = Curve::point(sides, a, [&out, &back]);
+                let point = PatchSide::point(sides, a, [&out, &back]);
                 [out, curve(b, c), back, point]
             }
             [a, b, c, d] => [curve(a, b), curve(b, c), curve(d, c), curve(a, d)],
             _ => [0, 1, 2, 3].map(|_| curve(ring[0], ring[1])),
         };
         let mut map = Self { sides, projected: false };
-        // A seam or a pole between the feet: the middle of the map is far from the middle of the sides.
-        let size = map.sides.iter().map(Curve::chord).fold(0.0, f64::max);
+        // With a seam or a pole between the foot points, blended parameters map to points far from the blended points.
+        let size = map.sides.iter().map(PatchSide::chord).fold(0.0, f64::max);
         let sound = |(eta, zeta): (f64, f64)| {
             let blend = map.blend(eta, zeta, |c, k| c.points[k]);
             let uv = map.parameters(eta, zeta);
@@ -132,8 +143,8 @@ impl Map {
         map
     }
 
-    /// Transfinite blend of what the sides have at (eta, zeta) (Coons); sides are given at `side::STEPS` steps.
-    fn blend<T>(&self, eta: f64, zeta: f64, of: impl Fn(&Curve, usize) -> T) -> T
+    /// Coons blend at (eta, zeta) of the values `of(side, step)`, linear between the `side::STEPS` steps of the sides.
+    fn blend<T>(&self, eta: f64, zeta: f64, of: impl Fn(&PatchSide, usize) -> T) -> T
     where
         T: std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Mul<f64, Output = T>,
     {
@@ -153,7 +164,7 @@ impl Map {
             - (corner(2, 0) * (1.0 - eta) + corner(2, last) * eta) * zeta
     }
 
-    /// Parameters on the face at (eta, zeta).
+    /// Surface parameters at (eta, zeta); `None` when points are blended instead.
     fn parameters(&self, eta: f64, zeta: f64) -> Option<Vec2> {
         (!self.projected).then(|| self.blend(eta, zeta, |c, k| c.feet[k]))
     }
@@ -169,8 +180,8 @@ impl Map {
         }
     }
 
-    /// By how much the sides along a direction miss the edges that they follow [mm].
-    pub(super) fn miss(
+    /// Maximum deviation of the two sides along `direction` from their CAD edges [mm].
+    pub(super) fn edge_deviation(
         &self,
         direction: usize,
         degree: usize,
@@ -179,10 +190,11 @@ impl Map {
     ) -> f64 {
         let along = self.sides.iter().skip(direction).step_by(2);
         let known = along.filter_map(|curve| sides.get(curve.side?));
-        known.map(|side| side.miss(degree, basis)).fold(0.0, f64::max)
+        known.map(|side| side.edge_deviation(degree, basis)).fold(0.0, f64::max)
     }
 
-    /// Control points of the patch of these degrees.
+    /// Control points of the patch of these degrees. Those on the border are exactly the control points of the shared
+    /// sides.
     pub(super) fn net(
         &self,
         face: SearchedFace<'_>,
@@ -218,18 +230,19 @@ impl Map {
     }
 }
 
-impl Curve {
+impl PatchSide {
+    /// Side from vertex `a` to `b` of an element on face `id`, with parameters within half a period of `near`.
     fn new(face: SearchedFace<'_>, id: u32, sides: &Sides, [a, b]: [u32; 2], near: Vec2) -> Self {
         let key = [a.min(b), a.max(b)];
         let Some(side) = sides.get(key) else {
-            // Every side of every element is known; this keeps the map whole should one not be.
+            // All sides of all elements exist; this branch only keeps the function total.
             let points = vec![sides.vertex(a); side::STEPS + 1];
             let feet = vec![face.closest(&points[0]).0; points.len()];
             return Self { side: None, reversed: false, feet, points };
         };
         let mut points: Vec<Vec3> = side.points.clone();
-        let mut feet = side.feet(id).unwrap_or_else(|| parameters::feet(face, &points));
-        parameters::unwrap(face.face, &mut feet, near);
+        let mut feet = side.feet(id).unwrap_or_else(|| parameters::foot_parameters(face, &points));
+        parameters::unwrap_periods(face.face, &mut feet, near);
         if a > b {
             points.reverse();
             feet.reverse();
@@ -237,7 +250,8 @@ impl Curve {
         Self { side: Some(key), reversed: a > b, feet, points }
     }
 
-    /// The side of no length where two others begin; its parameters go from those of one to those of the other.
+    /// Side of zero length at a vertex where two others start. Its parameters vary linearly between their first
+    /// parameters.
     fn point(sides: &Sides, vertex: u32, [out, back]: [&Self; 2]) -> Self {
         let (p, q) = (out.feet[0], back.feet[0]);
         let foot = |k: usize| p + (q - p) * (k as f64 / side::STEPS as f64);
@@ -245,11 +259,12 @@ impl Curve {
         Self { side: None, reversed: false, feet: (0..points.len()).map(foot).collect(), points }
     }
 
+    /// Length of the chord [mm].
     fn chord(&self) -> f64 {
         self.points.last().map_or(0.0, |p| (p - self.points[0]).norm())
     }
 
-    /// Control points of the side, the same to the bit for both its patches.
+    /// Control points of the side, identical to the last bit for both adjacent patches.
     fn control(&self, sides: &Sides, degree: usize, basis: &Basis) -> Vec<Vec3> {
         let Some(side) = self.side.and_then(|key| sides.get(key)) else {
             return vec![self.points[0]; degree + 1];

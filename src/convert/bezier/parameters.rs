@@ -1,18 +1,18 @@
-//! Parameters along a side of an element, made to fit those of its other sides at seams and poles.
+//! Surface parameters along the sides of an element, continuous across seams and defined at poles.
 
 use crate::cad::model::Face;
 use crate::convert::searches::SearchedFace;
 use crate::geometry::{Vec2, Vec3};
 
-/// Parameters on `face` of points in a row.
-pub fn feet(face: SearchedFace<'_>, points: &[Vec3]) -> Vec<Vec2> {
-    // Squared distance of points that are on the face [mm^2].
-    const ON: f64 = 1e-8;
+/// Parameters of the foot points of consecutive points on `face`. Each search starts at the preceding foot point.
+pub fn foot_parameters(face: SearchedFace<'_>, points: &[Vec3]) -> Vec<Vec2> {
+    // Squared distance up to which a point lies on the face [mm^2].
+    const ON_FACE_MAX_MM2: f64 = 1e-8;
     let mut last: Option<Vec2> = None;
     let mut feet = Vec::with_capacity(points.len());
     for p in points {
-        let near = last.map(|uv| face.closest_near(p, uv, ON));
-        let found = near.filter(|n| n.1 <= ON);
+        let near = last.map(|uv| face.closest_near(p, uv, ON_FACE_MAX_MM2));
+        let found = near.filter(|n| n.1 <= ON_FACE_MAX_MM2);
         let uv = found.map_or_else(|| face.closest(p).0, |n| n.0);
         feet.push(uv);
         last = Some(uv);
@@ -20,17 +20,18 @@ pub fn feet(face: SearchedFace<'_>, points: &[Vec3]) -> Vec<Vec2> {
     feet
 }
 
-/// Parameter (0 or 1) along which the surface does not move at `uv` (pole).
-pub fn collapsed(face: &Face, uv: Vec2) -> Option<usize> {
+/// Index of the parameter (0 or 1) whose derivative vanishes at `uv` (pole): its tangent, times the width of the
+/// parameter range, is at most 1e-6 of the other one.
+pub fn collapsed_parameter(face: &Face, uv: Vec2) -> Option<usize> {
     let d = face.surface.derivs(uv);
     let [u, v] = face.surface.domain();
-    let reach = [d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0])];
-    (0..2).find(|&k| reach[k] <= 1e-6 * reach[1 - k])
+    let extent = [d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0])];
+    (0..2).find(|&k| extent[k] <= 1e-6 * extent[1 - k])
 }
 
-/// Puts the parameters of a side on the same side of a seam as `near`, and gives a pole at one of its ends the
-/// parameter that the side has beside it.
-pub fn unwrap(face: &Face, feet: &mut [Vec2], near: Vec2) {
+/// Shifts the parameters of a side by whole periods to within half a period of `near`. At an end that is a pole, the
+/// arbitrary parameter is set to that of the adjacent point.
+pub fn unwrap_periods(face: &Face, feet: &mut [Vec2], near: Vec2) {
     let domain = face.surface.domain();
     for k in 0..2 {
         let [low, high] = domain[k];
@@ -46,16 +47,16 @@ pub fn unwrap(face: &Face, feet: &mut [Vec2], near: Vec2) {
             continue;
         }
         for uv in feet.iter_mut() {
-            let off = uv[k] - near[k];
-            if off.abs() > 0.5 * (high - low) {
-                uv[k] -= off.signum() * (high - low);
+            let distance = uv[k] - near[k];
+            if distance.abs() > 0.5 * (high - low) {
+                uv[k] -= distance.signum() * (high - low);
             }
             uv[k] = uv[k].clamp(low, high);
         }
     }
     let last = feet.len() - 1;
     for (end, beside) in [(0, 1), (last, last.saturating_sub(1))] {
-        if let Some(k) = collapsed(face, feet[end]) {
+        if let Some(k) = collapsed_parameter(face, feet[end]) {
             feet[end][k] = feet[beside][k];
         }
     }

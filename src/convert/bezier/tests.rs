@@ -18,7 +18,7 @@ fn coarse(model: &Model, arc_divisions: usize, style: MeshStyle) -> SurfaceMesh 
 }
 
 #[test]
-fn the_cross_die_has_fewer_patches_than_the_papers_and_is_as_good_as_exact() {
+fn the_cross_die_has_fewer_patches_than_in_the_paper_and_almost_no_error() {
     let model = read("cross/die.igs");
     let (tool, report) =
         bezier_from_cad(&model, &coarse(&model, 1, MeshStyle::Quads), &options(1e-4)).unwrap();
@@ -56,7 +56,7 @@ fn a_looser_tolerance_takes_lower_degrees_and_is_kept() {
 }
 
 #[test]
-fn turned_models_look_the_other_way() {
+fn reversed_models_have_opposite_normals() {
     let model = read("cross/die.igs");
     let mesh = coarse(&model, 1, MeshStyle::Structured);
     let (up, a) = bezier_from_cad(&model, &mesh, &options(1e-3)).unwrap();
@@ -75,7 +75,7 @@ fn turned_models_look_the_other_way() {
 }
 
 #[test]
-fn poles_and_seams_are_met() {
+fn patches_are_continuous_at_poles_and_seams() {
     let model = read("forming/hemi_punch_AP214.stp");
     let (tool, report) =
         bezier_from_cad(&model, &coarse(&model, 2, MeshStyle::Structured), &options(1e-4)).unwrap();
@@ -84,8 +84,8 @@ fn poles_and_seams_are_met() {
     assert!(found.worst_mm() < 2e-4 && found.jumps.position_mm < 1e-12);
 }
 
-/// Patches whose Jacobian looks against the CAD face somewhere, at dense points of their own.
-fn turned_over(tool: &ToolModel, model: &Model) -> Vec<u32> {
+/// Folded patches by dense sampling: the normal points against that of the CAD face at one of 62 x 62 points.
+fn folded_by_sampling(tool: &ToolModel, model: &Model) -> Vec<u32> {
     const N: usize = 61;
     let index = crate::cad::closest::ClosestPoint::new(model);
     let folds = |(patch, &face): (&Patch, &u32)| {
@@ -100,8 +100,8 @@ fn turned_over(tool: &ToolModel, model: &Model) -> Vec<u32> {
     (0u32..).zip(flags).filter(|(_, f)| *f).map(|(k, _)| k).collect()
 }
 
-/// At one division of a quarter turn an arc of the punch's flat bulges past the side opposite. What is reported is
-/// what dense points show, there and on models that do not fold.
+/// At one division per quarter turn an arc of a flat of the punch bulges past the opposite side. The reported patches
+/// equal those of dense sampling, there and on models without folds.
 #[test]
 fn folded_patches_are_found() {
     let mut folded = Vec::new();
@@ -110,7 +110,7 @@ fn folded_patches_are_found() {
         let model = read(file);
         let mesh = coarse(&model, divisions, MeshStyle::Quads);
         let (tool, report) = bezier_from_cad(&model, &mesh, &options(1e-4)).unwrap();
-        let oracle = turned_over(&tool, &model);
+        let oracle = folded_by_sampling(&tool, &model);
         println!("{file} {divisions}: reported {:?}, sampled {oracle:?}", report.folded);
         assert_eq!(report.folded, oracle, "{file} {divisions}");
         folded.push(oracle.len());
@@ -118,7 +118,7 @@ fn folded_patches_are_found() {
     assert!(folded[0] > 0 && folded[2] == 0, "{folded:?}");
 }
 
-/// A degree more before a finer mesh: what a tolerance takes, a looser one takes too.
+/// Degrees are raised before the mesh is refined, so that a looser tolerance needs no more patches.
 #[test]
 fn a_looser_tolerance_never_takes_more_patches() {
     for file in ["cross/die.igs", "cross/punch.igs"] {
@@ -137,7 +137,7 @@ fn a_looser_tolerance_never_takes_more_patches() {
     }
 }
 
-/// A flat face is kept by patches of any degree: what its border wants, its border has to say.
+/// Patches of any degree reproduce a flat face. The degrees must follow from its curved border.
 #[test]
 fn the_curved_border_of_a_plane_sets_the_degrees_of_its_patches() {
     let disc = "\
@@ -180,10 +180,13 @@ END-ISO-10303-21;
         let mesh = coarse(&model, divisions, MeshStyle::Structured);
         let (tool, report) = bezier_from_cad(&model, &mesh, &options(tolerance)).unwrap();
         let found = audit(&tool, &CadReference::new(&model), &AuditOptions::default()).unwrap();
-        let off = (found.report.area_mm2 / area - 1.0).abs();
-        println!("{divisions}: {} patches, {report:?}, area off by {off:e}", tool.patches.len());
-        // A border that misses its edge by so much, at most, all along its 153 mm.
-        assert!(off < report.error_mm.max(1e-9) * 153.0 / area, "{off} {report:?}");
+        let error = (found.report.area_mm2 / area - 1.0).abs();
+        println!(
+            "{divisions}: {} patches, {report:?}, relative area error {error:e}",
+            tool.patches.len()
+        );
+        // Bound: the border deviates by the maximum error along its full length of 153 mm.
+        assert!(error < report.error_mm.max(1e-9) * 153.0 / area, "{error} {report:?}");
         assert!(report.degree > 1);
     }
 }

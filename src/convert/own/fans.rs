@@ -1,29 +1,30 @@
-//! Corners of elements at a vertex that have one normal.
+//! Fans: groups of element corners at a vertex with a common normal.
 
-use super::orient::{edges, vector_area};
+use super::orient::{edge_elements, vector_area};
 use crate::geometry::Vec3;
 use crate::geometry::frame::unit;
 use crate::geometry::sets::DisjointSets;
 use crate::mesh::SurfaceMesh;
 
-/// Which corners have one normal, and which elements are on one smooth region.
+/// Fans of the corners and smooth regions of the elements of a mesh.
 pub(super) struct Fans {
-    /// First corner of every element.
+    /// Index of the first corner of each element.
     starts: Vec<usize>,
-    /// Fan of every corner.
+    /// Fan of each corner.
     fan_of: Vec<usize>,
     /// Number of fans.
     pub count: usize,
-    /// Region of every element.
+    /// Region of each element.
     pub region_of: Vec<u32>,
     /// Number of regions.
     pub regions: usize,
 }
 
 impl Fans {
-    /// Fans of an oriented mesh; facets whose normals have a cosine below `least` meet in a crease, as do those at an edge
-    /// that more than two have, and at one without area.
-    pub fn new(mesh: &SurfaceMesh, least: f64) -> Self {
+    /// Computes fans and regions of an oriented mesh. An edge is smooth when it has exactly two facets, of opposite
+    /// direction along it, with the cosine between their normals at least `cosine_min`. Facets of zero area have no
+    /// smooth edges.
+    pub fn new(mesh: &SurfaceMesh, cosine_min: f64) -> Self {
         let mut starts = vec![0];
         for element in &mesh.elements {
             starts.push(starts[starts.len() - 1] + element.nodes().len());
@@ -36,10 +37,10 @@ impl Fans {
             let at = mesh.elements[k].nodes().iter().position(|&n| n == vertex);
             starts[k] + at.unwrap_or(0)
         };
-        for (vertices, sides) in edges(mesh) {
+        for (vertices, sides) in edge_elements(mesh) {
             let [(a, forward), (b, other)] = sides[..] else { continue };
             let (Some(one), Some(two)) = (facets[a], facets[b]) else { continue };
-            if forward != other && one.dot(&two) >= least {
+            if forward != other && one.dot(&two) >= cosine_min {
                 elements.join(a, b);
                 vertices.iter().for_each(|&v| corners.join(corner(a, v), corner(b, v)));
             }
@@ -51,7 +52,7 @@ impl Fans {
     }
 
     /// Fan of corner `at` of element `k`.
-    pub fn of(&self, k: usize, at: usize) -> usize {
+    pub fn fan_at(&self, k: usize, at: usize) -> usize {
         self.fan_of[self.starts[k] + at]
     }
 }

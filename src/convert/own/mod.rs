@@ -1,8 +1,8 @@
-//! Tool models of meshes without CAD: with the normals that the file gives, or with those estimated from its vertices.
+//! Tool models of meshes without CAD, with normals from the file or estimated from the facets.
 //!
-//! - [`orient`]: elements turned so that all of a part look the same way
-//! - [`fans`]: corners at a vertex that have one normal: those between creases
-//! - [`estimate`]: means of the facets' normals
+//! - [`orient`]: consistent orientation of the elements of each connected part
+//! - [`fans`]: groups of element corners at a vertex, bounded by creases, with a common normal
+//! - [`estimate`]: area-weighted means of facet normals
 
 mod estimate;
 mod fans;
@@ -10,8 +10,8 @@ mod orient;
 #[cfg(test)]
 mod tests;
 
-use super::ground::{Ground, Source};
-use super::normals::{NormalTable, merged};
+use super::conversion::{Conversion, Source};
+use super::normals::{NormalTable, merge_normals};
 use super::{ConvertError, ConvertOptions, ConvertReport};
 use crate::geometry::Vec3;
 use crate::mesh::SurfaceMesh;
@@ -20,23 +20,23 @@ use crate::tool::{ToolKind, ToolModel};
 
 use self::fans::Fans;
 
-/// Where the normals of such a model come from.
+/// Counts of normals by source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NormalSource {
-    /// Corners whose normals the file gives.
+    /// Number of element corners with a normal from the file.
     pub given: usize,
-    /// Corners whose normals were estimated.
+    /// Number of element corners with an estimated normal.
     pub estimated: usize,
-    /// Parts that meet in creases, or not at all.
+    /// Number of smooth regions: they are bounded by creases and free edges.
     pub regions: usize,
 }
 
-/// Converts a mesh without CAD. Where the file gives no normals, they are estimated; elements that meet at more than
-/// `crease_deg` meet in a crease. Elements without a face get the number of the region between creases that they are in.
+/// Converts a mesh without CAD. Normals that the file does not contain are estimated. An edge is a crease where the
+/// facets meet at more than `crease_deg`. If no element has a face, each gets the number of its smooth region.
 ///
 /// # Errors
 /// [`ConvertError::NoElements`], [`ConvertError::OneSided`], [`ConvertError::Kind`] for Bezier patches;
-/// [`ConvertError::Normal`] where the mesh is a line.
+/// [`ConvertError::Normal`] where all facets at a vertex have zero area.
 pub fn convert_mesh(
     file: &MeshFile,
     options: &ConvertOptions,
@@ -48,19 +48,20 @@ pub fn convert_mesh(
     if file.mesh.elements.is_empty() {
         return Err(ConvertError::NoElements);
     }
-    let mut file = orient::oriented(file)?;
+    let mut file = orient::orient(file)?;
     let fans = Fans::new(&file.mesh, crease_deg.to_radians().cos());
-    let regions = number_faces(&mut file.mesh, &fans);
+    let regions = assign_faces(&mut file.mesh, &fans);
     let (corners, source) = corner_normals(&file, &fans)?;
-    let table = numbered(&file.mesh, &corners, options.smooth_deg.to_radians());
+    let table = number_normals(&file.mesh, &corners, options.smooth_deg.to_radians());
     let source = NormalSource { regions, ..source };
-    let ground = Ground::new(Source::Own(&table), &file.mesh, options)?;
-    let (tool, report) = ground.convert_and_repair()?;
+    let conversion = Conversion::new(Source::Mesh(&table), &file.mesh, options)?;
+    let (tool, report) = conversion.convert_and_repair()?;
     Ok((tool, report, source))
 }
 
-/// Gives elements without a face that of their region; returns how many faces there are then.
-fn number_faces(mesh: &mut SurfaceMesh, fans: &Fans) -> usize {
+/// Assigns faces to elements without one and returns the number of regions. The face is the region if no element of the
+/// mesh has a face, otherwise face 0.
+fn assign_faces(mesh: &mut SurfaceMesh, fans: &Fans) -> usize {
     let attached = mesh.elements.iter().any(|e| e.face != UNATTACHED);
     for (element, &region) in mesh.elements.iter_mut().zip(&fans.region_of) {
         if !attached {
@@ -72,7 +73,7 @@ fn number_faces(mesh: &mut SurfaceMesh, fans: &Fans) -> usize {
     fans.regions
 }
 
-/// The normal of every corner of every element.
+/// Normal of each corner of each element: from the file, otherwise estimated.
 fn corner_normals(
     file: &MeshFile,
     fans: &Fans,
@@ -89,8 +90,8 @@ fn corner_normals(
                 continue;
             }
             source.estimated += 1;
-            let all = estimated.get_or_insert_with(|| estimate::normals(mesh, fans));
-            normals[at] = all[fans.of(k, at)];
+            let all = estimated.get_or_insert_with(|| estimate::mean_normals(mesh, fans));
+            normals[at] = all[fans.fan_at(k, at)];
             if normals[at] == Vec3::zeros() {
                 let x = mesh.vertices[node as usize];
                 let face = format!("element {k} of the mesh");
@@ -101,8 +102,8 @@ fn corner_normals(
     Ok((corners, source))
 }
 
-/// Numbers the normals; those at a vertex that differ by less than `smooth` [rad] are one, their mean.
-fn numbered(mesh: &SurfaceMesh, corners: &[CornerNormals], smooth: f64) -> NormalTable {
+/// Merges the normals of each vertex within `smooth` [rad] and indexes them by element corner.
+fn number_normals(mesh: &SurfaceMesh, corners: &[CornerNormals], smooth: f64) -> NormalTable {
     let mut at: Vec<Vec<(usize, usize)>> = vec![Vec::new(); mesh.vertices.len()];
     let mut ids: Vec<Vec<u32>> = Vec::with_capacity(mesh.elements.len());
     for (k, element) in mesh.elements.iter().enumerate() {
@@ -112,7 +113,7 @@ fn numbered(mesh: &SurfaceMesh, corners: &[CornerNormals], smooth: f64) -> Norma
     let mut normals: Vec<Vec3> = Vec::new();
     for places in &at {
         let here: Vec<Vec3> = places.iter().map(|&(k, c)| corners[k][c]).collect();
-        let numbers = merged(&here, smooth, &mut normals);
+        let numbers = merge_normals(&here, smooth, &mut normals);
         places.iter().zip(numbers).for_each(|(&(k, c), number)| ids[k][c] = number);
     }
     NormalTable { normals, ids, ..NormalTable::default() }

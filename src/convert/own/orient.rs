@@ -1,4 +1,4 @@
-//! Elements turned so that neighbours look the same way.
+//! Consistent orientation of the elements of a mesh.
 
 use rustc_hash::FxHashMap;
 
@@ -7,7 +7,7 @@ use crate::geometry::Vec3;
 use crate::mesh::io::MeshFile;
 use crate::mesh::{Element, SurfaceMesh};
 
-/// Vector area of an element [mm2].
+/// Vector area of an element [mm^2].
 pub(super) fn vector_area(mesh: &SurfaceMesh, element: &Element) -> Vec3 {
     let x = |k: usize| mesh.vertices[element.nodes()[k] as usize];
     match element.nodes().len() {
@@ -16,24 +16,27 @@ pub(super) fn vector_area(mesh: &SurfaceMesh, element: &Element) -> Vec3 {
     }
 }
 
-/// Elements at every edge, and whether they run along it from its lower vertex to its higher.
-pub(super) fn edges(mesh: &SurfaceMesh) -> FxHashMap<[u32; 2], Vec<(usize, bool)>> {
-    let mut edges: FxHashMap<[u32; 2], Vec<(usize, bool)>> = FxHashMap::default();
+/// For each edge its elements, with true where the element runs from the lower to the higher vertex number.
+pub(super) fn edge_elements(mesh: &SurfaceMesh) -> FxHashMap<[u32; 2], Vec<(usize, bool)>> {
+    let mut out: FxHashMap<[u32; 2], Vec<(usize, bool)>> = FxHashMap::default();
     for (k, element) in mesh.elements.iter().enumerate() {
         for [a, b] in element.sides() {
-            edges.entry([a.min(b), a.max(b)]).or_default().push((k, a < b));
+            out.entry([a.min(b), a.max(b)]).or_default().push((k, a < b));
         }
     }
-    edges
+    out
 }
 
-/// The mesh with elements reversed so that neighbours look the same way, and every connected part the way its normals do,
-/// or else most of its area.
-pub(super) fn oriented(file: &MeshFile) -> Result<MeshFile, ConvertError> {
+/// Reverses elements so that adjacent ones are oriented consistently. Each connected part is oriented by the normals of
+/// the file, or by the larger part of its area where the file has none.
+///
+/// # Errors
+/// [`ConvertError::OneSided`] when a part is not orientable.
+pub(super) fn orient(file: &MeshFile) -> Result<MeshFile, ConvertError> {
     let mesh = &file.mesh;
     let mut beside: Vec<Vec<(usize, bool)>> = vec![Vec::new(); mesh.elements.len()];
-    for sides in edges(mesh).values() {
-        // Where more than two meet there is no telling which go on into which.
+    for sides in edge_elements(mesh).values() {
+        // At an edge of more than two elements there are no unique neighbours.
         if let [(a, forward), (b, other)] = sides[..] {
             beside[a].push((b, forward == other));
             beside[b].push((a, forward == other));
@@ -45,12 +48,12 @@ pub(super) fn oriented(file: &MeshFile) -> Result<MeshFile, ConvertError> {
         if reversed[start].is_some() {
             continue;
         }
-        let part = spread(mesh, &beside, start, &mut reversed)?;
+        let part = orient_part(mesh, &beside, start, &mut reversed)?;
         let sign = |k: usize| if reversed[k] == Some(true) { -1.0 } else { 1.0 };
-        let outwards: f64 = part.iter().map(|&k| sign(k) * outwards(file, k)).sum();
+        let weight: f64 = part.iter().map(|&k| sign(k) * orientation_weight(file, k)).sum();
         for k in part {
             let is_reversed = reversed[k] == Some(true);
-            if is_reversed != (outwards < 0.0) {
+            if is_reversed != (weight < 0.0) {
                 out.mesh.elements[k] = mesh.elements[k].reversed();
                 if let Some(normals) = out.normals.get_mut(k) {
                     normals[..mesh.elements[k].nodes().len()].reverse();
@@ -61,15 +64,16 @@ pub(super) fn oriented(file: &MeshFile) -> Result<MeshFile, ConvertError> {
     Ok(out)
 }
 
-/// How far an element as it is looks where its normals do; its area when it has none.
-fn outwards(file: &MeshFile, k: usize) -> f64 {
+/// Weight of an element for its present orientation: vector area times the sum of its file normals; its area without
+/// file normals.
+fn orientation_weight(file: &MeshFile, k: usize) -> f64 {
     let area = vector_area(&file.mesh, &file.mesh.elements[k]);
     let given: Vec3 = file.normals.get(k).map_or_else(Vec3::zeros, |normals| normals.iter().sum());
     if given == Vec3::zeros() { area.norm() } else { area.dot(&given) }
 }
 
-/// The part of the mesh that is connected with an element, each marked as reversed against it or not.
-fn spread(
+/// Lists the elements connected with `start` and marks in `reversed` those oriented opposite to it.
+fn orient_part(
     mesh: &SurfaceMesh,
     beside: &[Vec<(usize, bool)>],
     start: usize,
@@ -86,14 +90,15 @@ fn spread(
                 reversed[other] = wanted;
                 part.push(other);
             } else if reversed[other] != wanted {
-                return Err(one_sided(mesh, k, other));
+                return Err(one_sided_error(mesh, k, other));
             }
         }
     }
     Ok(part)
 }
 
-fn one_sided(mesh: &SurfaceMesh, k: usize, other: usize) -> ConvertError {
+/// The error for two adjacent elements that cannot be oriented consistently.
+fn one_sided_error(mesh: &SurfaceMesh, k: usize, other: usize) -> ConvertError {
     let theirs = mesh.elements[other].nodes();
     let shared = mesh.elements[k].nodes().iter().filter(|n| theirs.contains(n));
     let mut ends = shared.map(|&n| {

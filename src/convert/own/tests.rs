@@ -6,7 +6,8 @@ use super::*;
 use crate::mesh::Element;
 use crate::mesh::io;
 
-/// A quarter of a cylinder of radius 7 between two flats 10 wide, `n` quadrilaterals over the quarter, 5 wide.
+/// A quarter cylinder of radius 7 mm between two flats of width 10 mm: `n` quadrilaterals over the quarter turn, 5 mm
+/// deep.
 fn channel(n: usize) -> SurfaceMesh {
     let mut profile = vec![[-10.0, 0.0]];
     profile.extend((0..=n).map(|k| {
@@ -34,7 +35,7 @@ fn normals_inside_an_arc_are_exact_and_those_of_flats_tilt_little() {
         let a = FRAC_PI_2 * k as f64 / 4.0;
         assert!((normal(k) - Vec3::new(a.sin(), 0.0, a.cos())).norm() < 1e-12, "{k}");
     }
-    // The flat is 10 long, the first facet 14 sin(11.25 / 2 deg) and turned by 11.25 deg.
+    // The flat is 10 mm long. The first facet is 14 sin(11.25 deg) mm long and inclined by 11.25 deg.
     let h = FRAC_PI_2 / 8.0;
     let facet = 14.0 * h.sin();
     let expected = (facet * h.sin()).atan2(10.0 + facet * h.cos());
@@ -42,7 +43,7 @@ fn normals_inside_an_arc_are_exact_and_those_of_flats_tilt_little() {
 }
 
 #[test]
-fn facets_turned_by_more_than_asked_meet_in_a_crease() {
+fn facets_at_more_than_the_crease_angle_meet_in_a_crease() {
     // 45 degrees inside the arc, 22.5 where it meets the flats.
     let (_, report, source) = converted(&channel(2).into(), 40.0);
     assert_eq!((report.creases, source.regions), (1, 2));
@@ -52,7 +53,7 @@ fn facets_turned_by_more_than_asked_meet_in_a_crease() {
 }
 
 #[test]
-fn normals_of_the_file_are_taken_and_elements_turned_to_look_where_they_do() {
+fn normals_of_the_file_are_used_and_elements_are_oriented_by_them() {
     let mesh = channel(3);
     let exact = |p: &Vec3| {
         if p.x <= 0.0 || p.z <= -7.0 {
@@ -74,7 +75,7 @@ fn normals_of_the_file_are_taken_and_elements_turned_to_look_where_they_do() {
     let sagitta = 7.0 * (1.0 - h.cos()).powi(2) / (2.0 * h.cos());
     let middle = as_it_is.patches[2].derivs(0.5, 0.5).s + Vec3::z() * 7.0;
     assert!((middle.x.hypot(middle.z) - 7.0 - sagitta).abs() < 1e-9, "the arc's closed form");
-    // Every other element reversed, with its normals: the same tool again.
+    // Reversing every other element with its normals gives the same tool.
     for k in [1, 3] {
         file.mesh.elements[k] = file.mesh.elements[k].reversed();
         file.normals[k].reverse();
@@ -85,7 +86,7 @@ fn normals_of_the_file_are_taken_and_elements_turned_to_look_where_they_do() {
         let away = |(e, z): (f64, f64)| a.normal(e, z).unwrap().angle(&b.normal(e, z).unwrap());
         assert!([(0.5, 0.5), (0.0, 0.0)].into_iter().all(|at| away(at) < 1e-9));
     }
-    // All normals the other way: the tool looks there.
+    // Reversing all normals reverses the tool.
     file.normals.iter_mut().flatten().for_each(|n| *n = -*n);
     let (turned, _, _) = converted(&file, 40.0);
     assert!(turned.patches[0].normal(0.5, 0.5).unwrap().z < -0.9);

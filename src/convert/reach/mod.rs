@@ -1,18 +1,19 @@
-//! Faces of a tool that the sheet of a scene can touch; the others may be left out of its model.
+//! Tool faces that the sheet of a scene can touch. Unreachable faces may be excluded from the tool model.
 //!
-//! What is known before a run is where the sheet begins and how far the tools travel. A face is left out only when
-//! one of three things holds over the whole of it:
+//! The initial position of the sheet and the travels of the tools are known before a run. A face is excluded only when
+//! one of three conditions holds over the whole of it:
 //!
-//! - **beside**: seen along the tool's direction it lies outside the box of the blank, widened by twice the thickness
-//!   or a twentieth of the blank's size (whichever is more), and by what tools travel across;
-//! - **behind**: it lies farther behind the front of the tool (the foremost point over the blank, which is what
-//!   touches the flat sheet first) than all travels together and twice the thickness: no tool carries the sheet there;
-//! - **away**: every normal looks away from the sheet by more than 5 degrees, and all that moves or pushes goes along the
-//!   tool's direction: a sheet would have to wrap round the tool. A cam from the side may press a flange there.
+//! - **beside**: in projection along the tool direction it lies outside the box of the blank. The box is widened by the
+//!   larger of twice the thickness and 5 % of the blank diagonal, and by all travels across the tool direction.
+//! - **behind**: it lies farther behind the front of the tool than the sum of all travels plus twice the thickness. The
+//!   front is the foremost point over the blank, which touches the flat sheet first.
+//! - **away**: every normal points away from the sheet by more than 5 degrees beyond a right angle. All tools and loads
+//!   act along the tool direction. The sheet would have to wrap around the tool. A cam acting from the side may press a
+//!   flange against such a face.
 //!
-//! Travels are added up whatever their directions. A tool driven by force is taken to follow the sheet, no farther
-//! than the tools driven by travel move it; a scene without a travel, or with loads on the sheet, says nothing about
-//! how deep the sheet goes, and no face counts as behind.
+//! Travels are summed regardless of their directions. A tool driven by force is assumed to follow the sheet by at most
+//! the sum of all travels. In a scene without travels, or with loads on the sheet, the depth is unknown and no face is
+//! 'behind'.
 
 mod zone;
 
@@ -25,25 +26,25 @@ use crate::mesh::mapped::{MappedOptions, mesh};
 
 pub use zone::Zone;
 
-/// Degrees beyond a right angle from which on a normal looks away.
-const AWAY_DEG: f64 = 5.0;
+/// Angle between normal and sheet direction, beyond a right angle, above which a normal points away [degrees].
+const AWAY_ANGLE_MIN_DEG: f64 = 5.0;
 
-/// Why a face is left out.
+/// Reason why a face is excluded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Why {
-    /// Beside the sheet.
+    /// Outside the projection of the sheet.
     Beside,
-    /// Farther behind the front than any tool travels.
+    /// Farther behind the front of the tool than the sheet can be drawn.
     Behind,
-    /// Looks away from the sheet.
+    /// Normals point away from the sheet.
     Away,
 }
 
-/// Why there is no zone, or nothing in it.
+/// Errors of the selection of reachable faces.
 #[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum ReachError {
-    /// No tool of the scene is meant.
+    /// The tool is not in the scene.
     #[error("no tool of the scene has the file '{file}' or the name '{name}'; allowed: {allowed}")]
     NoTool {
         /// Name of the output file.
@@ -53,37 +54,37 @@ pub enum ReachError {
         /// Tools of the scene.
         allowed: String,
     },
-    /// Every face is out of reach.
+    /// All faces are unreachable.
     #[error(
-        "the sheet reaches none of the {faces} faces; allowed: at least one; check the tool's direction, its place and the blank in the scene, or convert the whole model"
+        "the sheet reaches none of the {faces} faces; allowed: at least one; check the direction and place of the tool and the blank in the scene, or convert the whole model"
     )]
     Nothing {
-        /// Faces of the model.
+        /// Number of faces of the model.
         faces: usize,
     },
-    /// The blank's mesh file.
+    /// The mesh file of the blank cannot be read.
     #[error(transparent)]
     Mesh(#[from] MeshError),
 }
 
-/// A model without the faces that the sheet cannot touch.
+/// A model without its unreachable faces.
 #[derive(Debug, Clone)]
 pub struct Reached {
-    /// The faces within reach, numbered anew.
+    /// The reachable faces, renumbered.
     pub model: Model,
-    /// For each of them its number in the whole model.
+    /// Number of each of these faces in the complete model.
     pub kept: Vec<usize>,
-    /// Faces left out, and why.
+    /// Excluded faces and the reason for each.
     pub left_out: Vec<(usize, Why)>,
-    /// The whole model looks away from the sheet and has to be turned round.
+    /// True when the complete model points away from the sheet and must be reversed.
     pub turned: bool,
 }
 
-/// Splits `model` into what the sheet can touch and what it cannot. `side`: where the sheet is, if not where the tool
-/// goes; `flip`: the model is turned round after that.
+/// Excludes the faces of `model` that the sheet cannot touch. `side` is the direction towards the sheet, by default the
+/// tool direction. With `flip` the model is reversed after that.
 ///
 /// # Errors
-/// [`ReachError::Nothing`] when no face is left.
+/// [`ReachError::Nothing`] when no face remains.
 pub fn within_reach(
     model: &Model,
     zone: &Zone,
@@ -92,9 +93,9 @@ pub fn within_reach(
 ) -> Result<Reached, ReachError> {
     let coarse = MappedOptions { arc_divisions: 2, ..MappedOptions::default() };
     let mesh = mesh(model, &coarse).ok();
-    let away = |m| super::ground::looks_away(m, Some(side.unwrap_or(zone.direction())));
+    let away = |m| super::conversion::faces_away(m, Some(side.unwrap_or(zone.direction())));
     let turned = mesh.as_ref().is_some_and(away) ^ flip;
-    // Vertices lie on the tool: the foremost one over the blank is no farther ahead than the front is.
+    // Vertices of the coarse mesh lie on the tool: the foremost one over the blank is not ahead of the exact front.
     let front = if zone.touches {
         let over = |p: &&Vec3| {
             (0..2).all(|k| (zone.blank[k][0]..=zone.blank[k][1]).contains(&p.dot(&zone.axes[k])))
@@ -107,7 +108,7 @@ pub fn within_reach(
     let near = 1e-6 * model.bbox().diagonal();
     let mut found = Reached { model: Model::default(), kept: vec![], left_out: vec![], turned };
     for (f, face) in model.faces.iter().enumerate() {
-        match why_not(face, zone, front, turned, near) {
+        match exclusion_reason(face, zone, front, turned, near) {
             Some(why) => found.left_out.push((f, why)),
             None => found.kept.push(f),
         }
@@ -119,7 +120,9 @@ pub fn within_reach(
     Ok(found)
 }
 
-fn why_not(face: &Face, zone: &Zone, front: f64, turned: bool, near: f64) -> Option<Why> {
+/// The condition that excludes a face, if any. `front` is the coordinate of the tool front along its direction and
+/// `near` a margin [mm].
+fn exclusion_reason(face: &Face, zone: &Zone, front: f64, turned: bool, near: f64) -> Option<Why> {
     let corners = face.bbox().widened(near).corners();
     let extent = |k: usize| {
         let at = corners.iter().map(|p| p.dot(&zone.axes[k]));
@@ -134,7 +137,7 @@ fn why_not(face: &Face, zone: &Zone, front: f64, turned: bool, near: f64) -> Opt
     } else if extent(2)[1] < front - zone.depth {
         Some(Why::Behind)
     } else if !zone.pressed_across
-        && looks_away(face, &(zone.axes[2] * if turned { -1.0 } else { 1.0 }))
+        && points_away(face, &(zone.axes[2] * if turned { -1.0 } else { 1.0 }))
     {
         Some(Why::Away)
     } else {
@@ -142,9 +145,9 @@ fn why_not(face: &Face, zone: &Zone, front: f64, turned: bool, near: f64) -> Opt
     }
 }
 
-/// True when every normal of the face's surface, over the box of its loops, looks away from `side`, by the angle
-/// between neighbouring samples more than is asked.
-fn looks_away(face: &Face, side: &Vec3) -> bool {
+/// True when all normals of the surface, over its domain, point away from `side`. The normals are sampled at 13 x 13
+/// points. The largest angle between adjacent samples is added to the limit, as a bound on the variation between them.
+fn points_away(face: &Face, side: &Vec3) -> bool {
     const N: usize = 12;
     let [[u0, u1], [v0, v1]] = face.surface.domain();
     let at = |k: usize| {
@@ -152,7 +155,7 @@ fn looks_away(face: &Face, side: &Vec3) -> bool {
         face.normal(Vec2::new(u0 + (u1 - u0) * i, v0 + (v1 - v0) * j))
     };
     let normals: Option<Vec<Vec3>> = (0..(N + 1) * (N + 1)).map(at).collect();
-    // A surface without a normal somewhere (a pole) is kept.
+    // A surface without a normal at a sample (pole) is kept.
     let Some(normals) = normals else { return false };
     let angle = |a: &Vec3, b: &Vec3| a.cross(b).norm().atan2(a.dot(b));
     let mut between: f64 = 0.0;
@@ -163,7 +166,7 @@ fn looks_away(face: &Face, side: &Vec3) -> bool {
             }
         }
     }
-    let limit = std::f64::consts::FRAC_PI_2 + AWAY_DEG.to_radians() + between;
+    let limit = std::f64::consts::FRAC_PI_2 + AWAY_ANGLE_MIN_DEG.to_radians() + between;
     normals.iter().all(|n| angle(n, side) > limit)
 }
 

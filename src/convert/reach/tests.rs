@@ -1,4 +1,4 @@
-//! Which faces of the fixtures a sheet reaches.
+//! Reachable faces of the fixtures.
 
 use super::*;
 use crate::scene::types::Scene;
@@ -26,8 +26,8 @@ fn counts(model: &Model, zone: &Zone) -> [usize; 4] {
     [found.kept.len(), of(Why::Beside), of(Why::Behind), of(Why::Away)]
 }
 
-/// The whole die in a scene of one quarter: of the other three quarters only what the rim of the sheet may meet
-/// at the symmetry planes is left.
+/// The complete die in a scene of one quarter: of the other quarters only faces near the symmetry planes remain, which
+/// the rim of the sheet may touch.
 #[test]
 fn faces_beside_a_quarter_of_the_sheet_are_left_out() {
     let model = read("forming/cross_die_full_144.igs");
@@ -50,16 +50,16 @@ fn faces_beside_a_quarter_of_the_sheet_are_left_out() {
 }
 
 #[test]
-fn depth_is_what_tools_travel_and_nothing_when_that_is_unknown() {
+fn depth_is_the_sum_of_travels_and_infinite_when_that_is_unknown() {
     let model = read("cross/die.igs");
     let depth = |change: &dyn Fn(&mut serde_json::Value)| zone(&scene(change), "die").depth;
-    // 20 mm of the punch; the die stands, and follows as much for all the scene says.
+    // The punch travels 20 mm. The die is not driven by travel and is assumed to follow by as much.
     assert!((depth(&|_| {}) - 41.6).abs() < 1e-12);
     let unknown = |s: &mut serde_json::Value| {
         s["stages"][1]["drive"] = serde_json::json!({"punch": {"force_n": 10.0}});
     };
     assert_eq!(depth(&unknown), f64::INFINITY);
-    // Drawn to 1 mm nothing goes down to the bottom edge of the die's wall.
+    // At a drawing depth of 1 mm the sheet does not reach the bottom edge of the die wall.
     let shallow = scene(|s| {
         s["stages"][1]["drive"] = serde_json::json!({"punch": {"travel_mm": 1.0}});
     });
@@ -71,7 +71,7 @@ fn depth_is_what_tools_travel_and_nothing_when_that_is_unknown() {
     assert_eq!(counts(&model, &zone(&scene(unknown), "die"))[2], 0);
 }
 
-/// A closed block as a punch: its back and nothing else looks away; sides stay.
+/// A closed block as a punch: only its back points away; the sides remain.
 #[test]
 fn the_back_of_a_block_is_left_out() {
     let model = read("forming/cylinder_AP214.stp");
@@ -91,7 +91,7 @@ fn the_back_of_a_block_is_left_out() {
         assert_eq!(*why, Why::Away);
         assert!(face.min.z > b.max.z - 1e-6, "the back of a punch that goes down is its top");
     }
-    // A tool from the side, or a load, may press the sheet against it.
+    // A tool acting from the side, or a load, may press the sheet against it.
     let left_out = |change: &dyn Fn(&mut serde_json::Value)| {
         let mut of = serde_json::to_value(&wide).unwrap();
         change(&mut of);

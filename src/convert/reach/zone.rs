@@ -1,4 +1,4 @@
-//! Where the sheet of a scene may be, seen from one of its tools.
+//! Region that the sheet of a scene can occupy, relative to one tool.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,32 +9,32 @@ use crate::geometry::{Aabb, Vec3};
 use crate::mesh::io;
 use crate::scene::types::{BlankShape, Drive, Place, Scene, Tool};
 
-/// Share of the blank's size that it may grow at its rim.
-const RIM: f64 = 0.05;
+/// Allowance for the growth of the blank at its rim, over the diagonal of its projection.
+const RIM_GROWTH_RATIO: f64 = 0.05;
 
-/// Where the sheet may be during a run, seen from one tool.
+/// Region that the sheet can occupy during a run, relative to one tool.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Zone {
-    /// Axes across the tool's direction, and along it.
+    /// Unit vectors: two across the tool direction, the third along it.
     pub(super) axes: [Vec3; 3],
-    /// Extents of the undeformed blank along the axes, in the tool's frame [mm].
+    /// Minimum and maximum of the undeformed blank along the axes, in the tool frame [mm].
     pub(super) blank: [[f64; 2]; 3],
-    /// How far beside the blank the sheet may be along the first two axes [mm].
+    /// Maximum distance of the sheet beside the blank along the first two axes [mm].
     pub(super) margin: [f64; 2],
-    /// How far behind the tool's front the sheet may be [mm].
+    /// Maximum distance of the sheet behind the tool front [mm]; infinite when unknown.
     pub(super) depth: f64,
-    /// The tool is moved along its direction until it touches.
+    /// True when the tool is placed by moving it along its direction until it touches the blank.
     pub(super) touches: bool,
-    /// Something moves across the tool's direction and may press the sheet against faces that look away.
+    /// True when a tool or a load acts across the tool direction. It may press the sheet against faces that point away.
     pub(super) pressed_across: bool,
 }
 
 impl Zone {
-    /// The zone of the tool that a scene calls `name` or whose file there is called `file`; `folder` is what the scene's
-    /// paths are relative to.
+    /// Zone of the tool with the name `name` in the scene, or else with the file name `file`. Paths in the scene are
+    /// relative to `folder`.
     ///
     /// # Errors
-    /// [`ReachError::NoTool`]; [`ReachError::Mesh`] when the blank's mesh file cannot be read.
+    /// [`ReachError::NoTool`]; [`ReachError::Mesh`] when the mesh file of the blank cannot be read.
     pub fn of_scene(
         scene: &Scene,
         folder: &Path,
@@ -52,16 +52,16 @@ impl Zone {
         let around = blank_box(scene, folder)?;
         let thickness = match scene.blank.thickness_mm {
             given if given > 0.0 => given,
-            // Hexahedra of a file: no thicker than their box.
+            // Hexahedra from a file: the height of their box is an upper bound.
             _ => around.max.z - around.min.z,
         };
         Ok(Self::of_tool(scene, tool, &around, thickness))
     }
 
-    /// The zone of a blank within the box `around`.
+    /// Zone of `tool` for a blank within the box `around`.
     fn of_tool(scene: &Scene, tool: &Tool, around: &Aabb, thickness: f64) -> Self {
         let along = Vec3::from(tool.direction).normalize();
-        // The direction was checked with the scene: it has a frame.
+        // The direction is not zero (checked with the scene), so that a frame exists.
         let frame = Frame::from_z_x(Vec3::zeros(), along, Vec3::x()).unwrap_or_else(Frame::world);
         let axes = [frame.x, frame.y, along];
         let (offset, touches) = match tool.place {
@@ -82,7 +82,7 @@ impl Zone {
             };
             scene.tools.iter().map(of).sum()
         };
-        let rim = (RIM * size).max(2.0 * thickness);
+        let rim = (RIM_GROWTH_RATIO * size).max(2.0 * thickness);
         let whole: f64 = travels.values().sum();
         let follows = !travels.contains_key(tool.name.as_str());
         let known = !travels.is_empty() && scene.loads.is_empty();
@@ -100,20 +100,20 @@ impl Zone {
     }
 }
 
-/// Whether a tool of the scene is moved, or a load acts, at an angle to a direction.
+/// True when a driven tool or a load of the scene acts at an angle to `direction`.
 fn pressed_across(scene: &Scene, direction: &Vec3) -> bool {
-    /// Sine of the angle up to which a tool goes along it.
-    const ALONG: f64 = 0.01;
+    /// Sine of the angle up to which a motion or load counts as parallel.
+    const PARALLEL_SINE_MAX: f64 = 0.01;
     let moves = |t: &&Tool| {
         let drives = scene.stages.iter().filter_map(|stage| stage.drive.get(&t.name));
         drives.into_iter().any(|d| !matches!(d, Drive::Release(_) | Drive::Absent(_)))
     };
     let tools = scene.tools.iter().filter(moves).map(|t| Vec3::from(t.direction));
     let loads = scene.loads.iter().map(|load| Vec3::from(load.force_n));
-    tools.chain(loads).any(|way| way.cross(direction).norm() > ALONG * way.norm())
+    tools.chain(loads).any(|v| v.cross(direction).norm() > PARALLEL_SINE_MAX * v.norm())
 }
 
-/// How far each tool that is driven by travel goes from where it starts, and back [mm].
+/// Range of the travel of each travel-driven tool over all stages, maximum minus minimum [mm].
 fn travels(scene: &Scene) -> BTreeMap<&str, f64> {
     let mut range: BTreeMap<&str, [f64; 3]> = BTreeMap::new();
     for stage in &scene.stages {
@@ -132,6 +132,10 @@ fn travels(scene: &Scene) -> BTreeMap<&str, f64> {
     range.into_iter().map(|(name, [_, low, high])| (name, high - low)).collect()
 }
 
+/// Bounding box of the undeformed blank, over its thickness [mm].
+///
+/// # Errors
+/// [`ReachError::Mesh`] when its mesh file cannot be read.
 fn blank_box(scene: &Scene, folder: &Path) -> Result<Aabb, ReachError> {
     let blank = &scene.blank;
     let flat = match &blank.shape {

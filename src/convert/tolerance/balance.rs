@@ -1,9 +1,11 @@
-//! Vertices moved along their normals (on a crease with a flat: within it) so that the error of the patches around them has two sides.
+//! Vertex motion that gives the shape error both signs and so reduces its maximum.
 //!
-//! A Nagata patch on an arc stands out of it everywhere: half of that error is taken off by moving its vertices
-//! inwards by the other half. Between a flat and another one a fillet's vertices slide within these ([`super::vertex_directions`]): the
-//! curve is longer and passes nearer to the arc, one patch over 90 degrees to within 0.011 instead of 0.061 radii. The error at a
-//! point of a patch is, to first order, `delta + sum_k N_k s_k` in the shifts `s`; [`super::minimax`] finds those that make it least.
+//! A Nagata patch on an arc lies outside it everywhere. Moving its vertices inwards by half of the error halves the
+//! maximum. The vertices of a fillet between two flats slide within these flats ([`super::vertex_directions`]). The
+//! longer curve passes closer to the arc: one patch over 90 degrees deviates by 0.011 instead of 0.061 radii.
+//!
+//! The error at a point is, to first order, `delta + sum_k N_k s_k` with the shifts `s_k`. [`super::minimax`] minimises
+//! it.
 
 use std::collections::BTreeSet;
 
@@ -16,104 +18,117 @@ use crate::tool::{ToolModel, side};
 
 use super::error::ToleranceError;
 use super::goal::Refined;
-use super::minimax::{Row, least_shifts};
-use super::scope::Work;
-use super::vertex_directions::{Way, ways};
+use super::minimax::{Row, minimax_shifts};
+use super::scope::Scope;
+use super::vertex_directions::{VertexDirection, vertex_directions};
 
-/// Patches of a model whose errors are followed as far as they fall.
-const FEW: usize = 500;
-/// Times such a model is audited and corrected: errors are not linear in slides.
-const ROUNDS: usize = 8;
-/// The same for others.
-const STRAIGHT: usize = 3;
-/// Share of a step below which no shorter one is tried.
-const SHORTEST: f64 = 0.25;
-/// Share of the error before below which it is worth another round.
-const LESS: f64 = 0.995;
-/// Share by which a slide is made shorter first where a patch turns over; twice as much each time.
-const FIRST_CUT: f64 = 2e-3;
+/// Number of patches up to which a model is corrected with step control in up to [`ROUNDS_SMALL_MAX`] rounds.
+const SMALL_PATCHES_MAX: usize = 500;
+/// Maximum rounds of audit and correction of a small model. Errors are not linear in slides.
+const ROUNDS_SMALL_MAX: usize = 8;
+/// Maximum rounds of audit and correction of a large model.
+const ROUNDS_LARGE_MAX: usize = 3;
+/// Step length, relative to the full correction, at which a failed step is not halved again.
+const STEP_LENGTH_MIN: f64 = 0.25;
+/// Ratio of the maximum error after a round to that before it above which the motion has converged.
+const CONVERGED_ERROR_RATIO: f64 = 0.995;
+/// Relative reduction of a slide in the first attempt to remove an inverted corner. It is doubled in every attempt.
+const SLIDE_REDUCTION_FIRST: f64 = 2e-3;
 
-/// `plain` with its vertices balanced, or as it was when that does not lower its largest error.
+/// Moves the vertices of `plain`, whose audit is `found`, to reduce its maximum shape error. Returns `plain` unchanged
+/// when no motion reduces it without further folds.
 ///
 /// # Errors
-/// [`ToleranceError`] when the moved vertices make no tool, which only numbers beyond all bounds do.
-pub(super) fn balanced(
+/// [`ToleranceError`] when the moved vertices give no tool model, which requires values that are not finite.
+pub(super) fn balance_errors(
     plain: Refined,
     found: Audit,
-    work: &Work<'_>,
+    scope: &Scope<'_>,
     options: &ConvertOptions,
     audit_options: &AuditOptions,
 ) -> Result<Refined, ToleranceError> {
-    let ways = ways(&plain.tool, work.plan.model(), work.first);
-    let mut shifts = vec![0.0; ways.len()];
+    let directions = vertex_directions(&plain.tool, scope.plan.model(), scope.first);
+    let mut shifts = vec![0.0; directions.len()];
     let (mut best, mut samples) = (plain.clone(), found.samples);
     let mut length = 1.0;
     let mut step: Option<Vec<f64>> = None;
-    let few = plain.tool.patches.len() <= FEW;
-    for _ in 0..if few { ROUNDS } else { STRAIGHT } {
+    let small = plain.tool.patches.len() <= SMALL_PATCHES_MAX;
+    for _ in 0..if small { ROUNDS_SMALL_MAX } else { ROUNDS_LARGE_MAX } {
         let more = match step.take() {
             Some(step) => step,
-            None => least_shifts(&rows(&best.tool, &samples, &ways, options)?, &shifts, &ways),
+            None => correction(&best.tool, &samples, (&shifts, &directions), options)?,
         };
         let mut tried: Vec<f64> = shifts.iter().zip(&more).map(|(s, m)| s + length * m).collect();
-        let tool = unfolded(&plain.tool, &mut tried, &ways, options)?;
-        let found = audit(&tool, work.reference, audit_options)?;
+        let tool = move_without_inversion(&plain.tool, &mut tried, &directions, options)?;
+        let found = audit(&tool, scope.reference, audit_options)?;
         let folds = found.report.folded.len() > plain.audit.folded.len();
         if folds || found.report.worst_mm() >= best.audit.worst_mm() {
-            if length <= SHORTEST || !few {
+            if length <= STEP_LENGTH_MIN || !small {
                 break;
             }
             (length, step) = (0.5 * length, Some(more));
             continue;
         }
         length = (2.0 * length).min(1.0);
-        let enough = found.report.worst_mm() > LESS * best.audit.worst_mm();
-        let [moved_mm, slid_mm] = [false, true].map(|slides| farthest(&ways, &tried, slides));
+        let converged = found.report.worst_mm() > CONVERGED_ERROR_RATIO * best.audit.worst_mm();
+        let [moved_mm, slid_mm] = [false, true].map(|s| largest_shift(&directions, &tried, s));
         best = Refined { tool, audit: found.report, moved_mm, slid_mm, ..best };
         (samples, shifts) = (found.samples, tried);
-        if enough {
+        if converged {
             break;
         }
     }
     Ok(best)
 }
 
-/// The largest shift of a way that slides, or of one that does not [mm].
-fn farthest(ways: &[Way], shifts: &[f64], slides: bool) -> f64 {
-    let of = ways.iter().zip(shifts).filter(|(way, _)| way.slides == slides);
-    of.fold(0.0, |most, (_, shift)| most.max(shift.abs()))
+/// Changes of the shifts that minimise the linearised error of `tool`, which has the shifts `shifts`.
+fn correction(
+    tool: &ToolModel,
+    samples: &[PatchSamples],
+    (shifts, directions): (&[f64], &[VertexDirection]),
+    options: &ConvertOptions,
+) -> Result<Vec<f64>, ConvertError> {
+    let rows = error_rows(tool, samples, directions, options)?;
+    Ok(minimax_shifts(&rows, shifts, directions))
 }
 
-/// The model with its vertices moved by `shifts`; slides of vertices at which a patch turns over are made shorter.
-fn unfolded(
+/// Maximum absolute shift over the slides, or over all other directions [mm].
+fn largest_shift(directions: &[VertexDirection], shifts: &[f64], slides: bool) -> f64 {
+    let selected = directions.iter().zip(shifts).filter(|(d, _)| d.slides == slides);
+    selected.fold(0.0, |most, (_, shift)| most.max(shift.abs()))
+}
+
+/// The model with its vertices moved by `shifts`. Slides of vertices with an inverted corner are reduced until no such
+/// vertex slides.
+fn move_without_inversion(
     tool: &ToolModel,
     shifts: &mut [f64],
-    ways: &[Way],
+    directions: &[VertexDirection],
     options: &ConvertOptions,
 ) -> Result<ToolModel, ConvertError> {
-    let mut shorter = FIRST_CUT;
+    let mut reduction = SLIDE_REDUCTION_FIRST;
     loop {
-        let found = moved(tool, shifts, ways, options)?;
-        let turned = turned_corners(&found);
-        let slid = |way: &Way, shift: f64| {
-            way.slides && shift != 0.0 && turned.contains(&(way.vertex as u32))
+        let found = move_vertices(tool, shifts, directions, options)?;
+        let inverted = inverted_corners(&found);
+        let slid = |d: &VertexDirection, shift: f64| {
+            d.slides && shift != 0.0 && inverted.contains(&(d.vertex as u32))
         };
         let mut any = false;
-        for (way, shift) in ways.iter().zip(shifts.iter_mut()) {
-            if slid(way, *shift) {
-                *shift *= 1.0 - shorter;
+        for (direction, shift) in directions.iter().zip(shifts.iter_mut()) {
+            if slid(direction, *shift) {
+                *shift *= 1.0 - reduction;
                 any = true;
             }
         }
         if !any {
             return Ok(found);
         }
-        shorter = (2.0 * shorter).min(1.0);
+        reduction = (2.0 * reduction).min(1.0);
     }
 }
 
-/// Vertices at which a patch turns over, against its normal there.
-fn turned_corners(tool: &ToolModel) -> BTreeSet<u32> {
+/// Vertices with an inverted patch corner: `(S_eta x S_zeta) . n < 0` there.
+fn inverted_corners(tool: &ToolModel) -> BTreeSet<u32> {
     let mut out = BTreeSet::new();
     for (patch, corners) in tool.patches.iter().zip(&tool.corners) {
         for (k, &(eta, zeta)) in side::corners(patch.sides()).iter().enumerate() {
@@ -127,65 +142,66 @@ fn turned_corners(tool: &ToolModel) -> BTreeSet<u32> {
     out
 }
 
-/// The model with its vertices moved along their ways.
-fn moved(
+/// The model with its vertices moved by `shifts` along their directions. The normals are kept.
+fn move_vertices(
     tool: &ToolModel,
     shifts: &[f64],
-    ways: &[Way],
+    directions: &[VertexDirection],
     options: &ConvertOptions,
 ) -> Result<ToolModel, ConvertError> {
     let mut vertices = tool.vertices.clone();
-    ways.iter().zip(shifts).for_each(|(way, s)| vertices[way.vertex] += way.direction * *s);
-    let given = edges::moved(tool, &vertices);
+    directions.iter().zip(shifts).for_each(|(d, s)| vertices[d.vertex] += d.vector * *s);
+    let given = edges::curves_after_motion(tool, &vertices);
     let (normals, corners) = (tool.normals.clone(), tool.corners.clone());
     let choice = EdgeChoice { rule: options.edges, given };
     let (tool, _) = build(tool.name.clone(), tool.kind, vertices, normals, corners, choice)?;
     Ok(tool)
 }
 
-/// A colour for each way: no two of one colour are on the same patch.
-fn colours(tool: &ToolModel, ways: &[Way]) -> Vec<usize> {
+/// Greedy colouring of the directions: two directions on one patch have different colours.
+fn colours(tool: &ToolModel, directions: &[VertexDirection]) -> Vec<usize> {
     let mut at = vec![Vec::new(); tool.vertices.len()];
-    ways.iter().enumerate().for_each(|(k, way)| at[way.vertex].push(k));
-    let mut beside = vec![Vec::new(); tool.vertices.len()];
+    directions.iter().enumerate().for_each(|(k, d)| at[d.vertex].push(k));
+    let mut neighbours = vec![Vec::new(); tool.vertices.len()];
     for p in &tool.corners {
-        p.vertices.iter().for_each(|&v| beside[v as usize].extend_from_slice(&p.vertices));
+        p.vertices.iter().for_each(|&v| neighbours[v as usize].extend_from_slice(&p.vertices));
     }
-    let mut colours = vec![usize::MAX; ways.len()];
-    for (k, way) in ways.iter().enumerate() {
-        let near = || beside[way.vertex].iter().flat_map(|&v| &at[v as usize]);
+    let mut colours = vec![usize::MAX; directions.len()];
+    for (k, direction) in directions.iter().enumerate() {
+        let near = || neighbours[direction.vertex].iter().flat_map(|&v| &at[v as usize]);
         colours[k] = (0..).find(|&c| near().all(|&other| colours[other] != c)).unwrap_or(0);
     }
     colours
 }
 
-/// How far each point of the patches moves off the CAD with each way: patches depend on their vertices linearly, so
-/// that one small step of all ways of a colour tells.
-pub(super) fn rows(
+/// Errors of all valid samples and their derivatives `N_k = n_CAD . dS/ds_k`, by forward differences with a step of
+/// 1e-6 of the model size. All directions of one colour are shifted together, since they affect different patches.
+pub(super) fn error_rows(
     tool: &ToolModel,
     samples: &[PatchSamples],
-    ways: &[Way],
+    directions: &[VertexDirection],
     options: &ConvertOptions,
 ) -> Result<Vec<Row>, ConvertError> {
-    let colours = colours(tool, ways);
+    let colours = colours(tool, directions);
     let step = 1e-6 * Aabb::of_points(&tool.vertices).diagonal();
     let all = samples.iter().flat_map(PatchSamples::valid);
     let mut rows: Vec<Row> = all.map(|s| Row { delta: s.normal_part, rates: Vec::new() }).collect();
     for colour in 0..colours.iter().map(|c| c + 1).max().unwrap_or(0) {
-        let mut of = vec![None; tool.vertices.len()];
-        let mut shifts = vec![0.0; ways.len()];
-        for k in (0..ways.len()).filter(|&k| colours[k] == colour) {
-            (of[ways[k].vertex], shifts[k]) = (Some(k), step);
+        let mut shifted = vec![None; tool.vertices.len()];
+        let mut shifts = vec![0.0; directions.len()];
+        for k in (0..directions.len()).filter(|&k| colours[k] == colour) {
+            (shifted[directions[k].vertex], shifts[k]) = (Some(k), step);
         }
-        let other = moved(tool, &shifts, ways, options)?;
+        let other = move_vertices(tool, &shifts, directions, options)?;
         let mut rest = &mut rows[..];
         for (k, corners) in tool.corners.iter().enumerate() {
             let (own, after) = rest.split_at_mut(samples[k].valid().count());
             rest = after;
-            let Some(way) = corners.vertices.iter().find_map(|&v| of[v as usize]) else { continue };
+            let mut of_corners = corners.vertices.iter();
+            let Some(direction) = of_corners.find_map(|&v| shifted[v as usize]) else { continue };
             for (row, s) in own.iter_mut().zip(samples[k].valid()) {
-                let moved = other.patches[k].derivs(s.eta, s.zeta).s - s.point;
-                row.rates.push((way, s.reference_normal.dot(&moved) / step));
+                let displacement = other.patches[k].derivs(s.eta, s.zeta).s - s.point;
+                row.rates.push((direction, s.reference_normal.dot(&displacement) / step));
             }
         }
     }

@@ -3,7 +3,7 @@ use crate::audit::{AuditOptions, audit};
 use crate::cad::query_tests::shapes::holed_square;
 
 #[test]
-fn free_borders_are_held_within_the_tolerance() {
+fn free_borders_are_within_the_tolerance() {
     let model = holed_square(20.0);
     for (tol_mm, through_cad) in [(0.5, false), (0.5, true), (0.05, false)] {
         let goal = Goal {
@@ -25,7 +25,7 @@ fn free_borders_are_held_within_the_tolerance() {
 }
 
 #[test]
-fn facets_and_bezier_patches_keep_free_borders_too() {
+fn free_borders_of_facets_and_bezier_patches_are_within_the_tolerance() {
     use crate::convert::bezier::{BezierOptions, within_tolerance};
     use crate::tool::ToolKind;
     let model = holed_square(20.0);
@@ -54,7 +54,7 @@ fn facets_and_bezier_patches_keep_free_borders_too() {
 }
 
 #[test]
-fn a_search_ends_at_its_work_limit_and_says_what_is_left() {
+fn a_search_ends_at_its_work_limit_with_the_remaining_error() {
     let model = holed_square(20.0);
     let reference = CadReference::new(&model);
     let options = ConvertOptions::default();
@@ -64,25 +64,25 @@ fn a_search_ends_at_its_work_limit_and_says_what_is_left() {
         two_sided: true,
         borders: Borders::Conforming,
     };
-    let mut work =
-        Work::new(&model, &reference, &MappedOptions::default(), &options, false).unwrap();
-    work.budget = std::sync::Arc::new(budget::Budget::new(160));
-    let judge = Judge::new(&work, &work.free, None);
-    let error = work.refine(&judge, &goal).unwrap_err();
+    let mut scope =
+        Scope::new(&model, &reference, &MappedOptions::default(), &options, false).unwrap();
+    scope.budget = std::sync::Arc::new(budget::Budget::new(160));
+    let evaluator = FaceEvaluator::new(&scope, &scope.free_edges, None);
+    let error = scope.refine(&evaluator, &goal).unwrap_err();
     let ToleranceError::NotReached { found, patches, spent, unit, .. } = &error else {
         panic!("{error}")
     };
-    assert!(*found > 1e-6 && *unit == "mm off its free border", "{error}");
-    // The last step is of the model that there is.
+    assert!(*found > 1e-6 && *unit == "mm of distance from its free border", "{error}");
+    // The limit may be exceeded by the last model.
     let spent = spent.unwrap();
     assert!(spent >= 320 && spent <= 320 + 8 * (1 + *patches as u64), "{error}");
     assert!(error.to_string().contains("work limit"), "{error}");
 }
 
 #[test]
-fn work_limits_grow_with_the_faces_alone() {
-    let limit = |faces: usize| budget::Budget::of_faces(faces).left();
+fn work_limits_depend_on_the_number_of_faces_only() {
+    let limit = |faces: usize| budget::Budget::of_faces(faces).remaining();
     assert_eq!(limit(2001) - limit(2000), limit(2) - limit(1));
-    let (one, all) = (budget::Budget::of_one(1000).left(), limit(1000));
+    let (one, all) = (budget::Budget::of_single_face(1000).remaining(), limit(1000));
     assert!(1000 * one <= 6 * all, "{one} {all}");
 }

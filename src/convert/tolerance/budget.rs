@@ -1,93 +1,94 @@
-//! The work that a refinement may do, counted in patches that are made and audited: the same for any number of threads.
+//! Work limit of a refinement, in patches made and audited. The count does not depend on the number of threads.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Patches judged from which on a search takes the divisions that it has and saves no more patches: so many, and
-/// [`SAVING_PER_FACE`] for each face. With a tenth of them a ball with a hole takes 164 patches instead of 100. Doubled, files in
-/// which saving does not end take twice as long.
-const SAVING: u64 = 60_000;
-/// Patches judged for each face of the model.
-const SAVING_PER_FACE: u64 = 200;
-/// Times this work after which a search that has not come to the tolerance ends. Doubled, files that never come to it take
-/// twice as long to say so: 16 s of the processor for 13 faces.
-const GROWTH: u64 = 2;
-/// Patches that the balance and the audit of a finished model cost for each of its patches: they compare 81 points of a
-/// patch several times, the judge 25 once.
-const FINISHED: u64 = 8;
+/// Work limit of the saving of patches: `SAVING_PATCHES_MAX + SAVING_PATCHES_PER_FACE * faces` evaluated patches. A
+/// search beyond it keeps its divisions. With a tenth of this limit, a ball with a hole takes 164 patches instead of
+/// 100. Doubled: files that reach the limit take twice as long.
+const SAVING_PATCHES_MAX: u64 = 60_000;
+/// Allowance for each face of the model, in evaluated patches; see [`SAVING_PATCHES_MAX`].
+const SAVING_PATCHES_PER_FACE: u64 = 200;
+/// Work at which a search that has not reached the tolerance ends, over the limit of the saving. Doubled: files that
+/// never reach it take twice as long to fail (16 s of processor time for 13 faces).
+const SEARCH_LIMIT_RATIO: u64 = 2;
+/// Cost of a complete model for each of its patches, in evaluated patches. Its vertex motion and audit compare 81
+/// points of a patch several times; the evaluation of a face compares 25 points once.
+const COMPLETE_PATCH_COST: u64 = 8;
 
-/// Work done, and its limits.
+/// Counters of the work done, and its limits.
 #[derive(Debug)]
 pub(super) struct Budget {
-    /// Of the search under way.
-    judged: AtomicU64,
-    /// Of searches before it, and of finished models.
-    finished: AtomicU64,
+    /// Patches evaluated in the current search.
+    evaluated: AtomicU64,
+    /// Work of earlier searches and of complete models.
+    completed: AtomicU64,
+    /// Limit of the saving of patches.
     saving: u64,
 }
 
 impl Budget {
-    /// For a model of so many faces.
+    /// Budget of a model with this number of faces.
     pub fn of_faces(faces: usize) -> Self {
-        Self::new(SAVING + SAVING_PER_FACE * faces as u64)
+        Self::new(SAVING_PATCHES_MAX + SAVING_PATCHES_PER_FACE * faces as u64)
     }
 
-    /// For one of so many faces that are searched one by one.
-    pub fn of_one(faces: usize) -> Self {
-        Self::new(SAVING / faces.max(1) as u64 + 5 * SAVING_PER_FACE)
+    /// Budget of one face of a model with this number of faces, where each face is refined alone.
+    pub fn of_single_face(faces: usize) -> Self {
+        Self::new(SAVING_PATCHES_MAX / faces.max(1) as u64 + 5 * SAVING_PATCHES_PER_FACE)
     }
 
-    /// With this work until no more patches are saved.
+    /// Budget with this limit of the saving of patches.
     pub const fn new(saving: u64) -> Self {
-        Self { judged: AtomicU64::new(0), finished: AtomicU64::new(0), saving }
+        Self { evaluated: AtomicU64::new(0), completed: AtomicU64::new(0), saving }
     }
 
-    /// A new search begins: its own patches alone decide how long it saves; those before it stay part of the work.
-    pub fn begin(&self) {
-        self.finished.fetch_add(self.judged.swap(0, Ordering::Relaxed), Ordering::Relaxed);
+    /// Starts a search. Its limit of the saving counts its own patches only; earlier work counts for the total limit.
+    pub fn start_search(&self) {
+        self.completed.fetch_add(self.evaluated.swap(0, Ordering::Relaxed), Ordering::Relaxed);
     }
 
-    /// Adds patches judged. What is read between parallel parts does not depend on their order.
-    pub fn add(&self, patches: u64) {
-        self.judged.fetch_add(patches, Ordering::Relaxed);
+    /// Adds evaluated patches. The sum after a parallel section does not depend on the order of threads.
+    pub fn add_evaluated(&self, patches: u64) {
+        self.evaluated.fetch_add(patches, Ordering::Relaxed);
     }
 
-    /// Adds a finished model of so many patches, each of which costs [`FINISHED`].
-    pub fn add_finished(&self, patches: u64) {
-        self.finished.fetch_add(FINISHED * patches, Ordering::Relaxed);
+    /// Adds the cost of a complete model with this number of patches.
+    pub fn add_complete(&self, patches: u64) {
+        self.completed.fetch_add(COMPLETE_PATCH_COST * patches, Ordering::Relaxed);
     }
 
-    /// Whether so much work is left as a finished model of so many patches costs.
-    pub fn allows_finished(&self, patches: u64) -> bool {
-        FINISHED * patches <= self.left()
+    /// True when the remaining work covers a complete model with this number of patches.
+    pub fn allows_complete(&self, patches: u64) -> bool {
+        COMPLETE_PATCH_COST * patches <= self.remaining()
     }
 
-    /// Patches judged.
-    fn judged(&self) -> u64 {
-        self.judged.load(Ordering::Relaxed)
+    /// Patches evaluated in the current search.
+    fn evaluated(&self) -> u64 {
+        self.evaluated.load(Ordering::Relaxed)
     }
 
-    /// Work done, finished models among it.
-    pub fn spent(&self) -> u64 {
-        self.judged() + self.finished.load(Ordering::Relaxed)
+    /// Total work done, with complete models.
+    pub fn total(&self) -> u64 {
+        self.evaluated() + self.completed.load(Ordering::Relaxed)
     }
 
-    /// Whether divisions are still lowered and exchanged to save patches.
-    pub fn saves(&self) -> bool {
-        self.judged() < self.saving
+    /// True while divisions may be lowered and exchanged to save patches.
+    pub fn allows_saving(&self) -> bool {
+        self.evaluated() < self.saving
     }
 
-    /// The same while an eighth of that work is not done.
-    pub fn is_easy(&self) -> bool {
-        self.judged() < self.saving / 8
+    /// True while the search has used less than an eighth of the limit of the saving.
+    pub fn is_cheap(&self) -> bool {
+        self.evaluated() < self.saving / 8
     }
 
-    /// Work that is left before the search ends.
-    pub fn left(&self) -> u64 {
-        (GROWTH * self.saving).saturating_sub(self.spent())
+    /// Remaining work until the search ends.
+    pub fn remaining(&self) -> u64 {
+        (SEARCH_LIMIT_RATIO * self.saving).saturating_sub(self.total())
     }
 
-    /// Whether the search ends, whatever it has found.
-    pub fn is_spent(&self) -> bool {
-        self.left() == 0
+    /// True when the search must end.
+    pub fn is_exhausted(&self) -> bool {
+        self.remaining() == 0
     }
 }

@@ -1,44 +1,44 @@
-//! Why there is no model within the tolerance.
+//! Errors of a refinement to a tolerance.
 
 use crate::audit::AuditError;
 use crate::convert::ConvertError;
 use crate::mesh::MeshError;
 
-/// Why there is no model within the tolerance.
+/// Reason why there is no model within the tolerance.
 #[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum ToleranceError {
-    /// A tolerance that is no positive number, or none at all.
+    /// A tolerance is not a positive number.
     #[error("{what} is {found}; allowed: a number above zero")]
     Goal {
-        /// Its field of the goal.
+        /// Field of the goal.
         what: &'static str,
-        /// What was given.
+        /// Its value.
         found: f64,
     },
     /// The tolerance was not reached.
     #[error(
-        "{source_entity} (face {face}) still has {found:.3e} {unit}{near} with {patches} patches; asked: {allowed:.3e}{}; allow more, or repair the face in the CAD", spent_said(*.spent)
+        "{source_entity} (face {face}) still has {found:.3e} {unit}{near} with {patches} patches; asked: {allowed:.3e}{}; allow more, or repair the face in the CAD", work_limit_text(*.spent)
     )]
     NotReached {
-        /// Face with the largest error.
+        /// Face with the largest ratio of error to tolerance.
         face: usize,
         /// Its entity in the CAD file.
         source_entity: String,
-        /// Error found.
+        /// Error of this face.
         found: f64,
-        /// Where it is, as ` near (x, y, z) mm`; empty where that is not known.
+        /// Position of the error as ` near (x, y, z) mm`; empty if unknown.
         near: String,
-        /// Error allowed.
+        /// Allowed error.
         allowed: f64,
         /// Unit and kind of the error.
         unit: &'static str,
-        /// Patches of the best model found.
+        /// Number of patches of the model with this error.
         patches: usize,
-        /// Patches judged, where the search ended because they were as many as it may judge.
+        /// Number of patches evaluated, if the search ended at its work limit.
         spent: Option<u64>,
     },
-    /// A face of which no patches come out sound.
+    /// No valid patches were found for a face.
     #[error(
         "{source_entity} (face {face}): its patches fold or cannot be made, even with its border divided ten times as finely; repair the face in the CAD, or convert a mesh of fixed divisions and allow folds to see where"
     )]
@@ -48,37 +48,38 @@ pub enum ToleranceError {
         /// Its entity in the CAD file.
         source_entity: String,
     },
-    /// Faces divided independently whose borders do not meet.
+    /// Gap between the borders of independently divided faces.
     #[error(
         "borders of faces divided independently are {found:.3e} mm apart at ({:.3}, {:.3}, {:.3}) mm; allowed: {allowed:.3e}; use conforming borders", at[0], at[1], at[2]
     )]
     Apart {
-        /// Gap found [mm].
+        /// Largest gap [mm].
         found: f64,
-        /// Gap allowed [mm].
+        /// Allowed gap [mm].
         allowed: f64,
-        /// Where it is [mm].
+        /// Position of the gap [mm].
         at: [f64; 3],
     },
-    /// So few patches are not possible.
-    #[error("the coarsest model has {least} patches; allowed: at least so many")]
+    /// The requested number of patches is too small.
+    #[error("the coarsest model has {least} patches; allowed: at least this number")]
     TooFew {
-        /// Patches of the coarsest model.
+        /// Number of patches of the coarsest model.
         least: usize,
     },
-    /// No mesh.
+    /// Meshing failed.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// No tool model.
+    /// Conversion failed.
     #[error(transparent)]
     Convert(#[from] ConvertError),
-    /// No audit.
+    /// The audit failed.
     #[error(transparent)]
     Audit(#[from] AuditError),
 }
 
-fn spent_said(spent: Option<u64>) -> String {
+/// Text on the work limit, if it ended the search.
+fn work_limit_text(spent: Option<u64>) -> String {
     spent.map_or_else(String::new, |n| {
-        format!("; the search ended at its work limit, after {n} patches were judged")
+        format!("; the search ended at its work limit, after {n} patches were evaluated")
     })
 }

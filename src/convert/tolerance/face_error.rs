@@ -1,4 +1,5 @@
-//! One face judged alone: its patches for given divisions of its edges, audited. Answers are kept.
+//! Evaluation of one face alone: errors of its patches for given divisions of its edges, by the audit. Results are
+//! cached.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -6,8 +7,8 @@ use std::sync::Mutex;
 use rustc_hash::FxHashMap;
 
 use super::budget::Budget;
-use super::figures::Figures;
-use super::scope::{Work, renumber};
+use super::face_result::FaceResult;
+use super::scope::{Scope, shift_face_numbers};
 use super::slide_estimate::Neighbours;
 use crate::audit::{AuditOptions, CadReference, audit};
 use crate::cad::model::Edge;
@@ -19,50 +20,54 @@ use crate::mesh::mapped::plan::{Divisions, Plan};
 use crate::tool::side::{SideCurve, sides_used_once};
 use crate::tool::{Patch, ToolModel};
 
-/// Shares of the tolerance that faces judged alone are held to, largest first: balancing takes the rest off.
-const LOOSENINGS: [f64; 9] = [5.0, 3.5, 2.5, 2.0, 1.8, 1.6, 1.4, 1.2, 1.0];
-/// The same where what balancing takes off is foreseen: not all of it, as faces share vertices.
-const FORESEEN: [f64; 3] = [1.6, 1.3, 1.0];
+/// Tolerance factors for faces evaluated alone, largest first: the vertex motion of the complete model reduces the
+/// errors.
+const TOLERANCE_FACTORS: [f64; 9] = [5.0, 3.5, 2.5, 2.0, 1.8, 1.6, 1.4, 1.2, 1.0];
+/// Tolerance factors where the reduction by the vertex motion is estimated. They exceed 1 because adjacent faces share
+/// vertices, so that the estimate is not exact.
+const TOLERANCE_FACTORS_ESTIMATED: [f64; 3] = [1.6, 1.3, 1.0];
 
-/// Divisions of the face's edges in loop order, density, mapped.
+/// Key of a result: face, divisions of its edges in loop order, density, mapped.
 type Key = (usize, Vec<usize>, usize, bool);
 
-/// Judges faces.
-pub(super) struct Judge<'a> {
+/// Evaluates the faces of a plan.
+pub(super) struct FaceEvaluator<'a> {
     plan: &'a Plan<'a>,
     reference: &'a CadReference<'a>,
     options: ConvertOptions,
-    /// Number of the plan's first face in the reference.
+    /// Number of the first face of the plan in the reference.
     first: u32,
-    /// Whether normals have a tolerance.
+    /// True when normals have a tolerance.
     normals: bool,
-    /// The faces around each one, where errors are those that moving vertices leaves.
+    /// Adjacent faces, if errors are estimated after the vertex motion.
     neighbours: Option<&'a Neighbours>,
-    /// Edges of the plan's model from which the distance of the patches' sides is measured: those at free borders and those
-    /// that other faces divide in their own way.
-    measured: &'a [bool],
-    /// Edges at free borders.
-    free: &'a [bool],
-    /// Whether the faces at each edge meet at an angle.
+    /// For each edge of the plan, true when the distance of patch sides from it is measured. These are the edges at
+    /// free borders and those that adjacent faces divide independently.
+    measured_edges: &'a [bool],
+    /// For each edge, true at a free border.
+    free_edges: &'a [bool],
+    /// For each edge, true when its faces meet at an angle.
     creases: Vec<bool>,
-    /// Boxes around its edges, a little wider.
+    /// Bounding boxes of the edges, widened by the tolerance of vertices on edges.
     boxes: Vec<Aabb>,
-    known: Mutex<FxHashMap<Key, Figures>>,
+    cache: Mutex<FxHashMap<Key, FaceResult>>,
     budget: &'a Budget,
 }
 
-impl<'a> Judge<'a> {
+impl<'a> FaceEvaluator<'a> {
+    /// Prepares the evaluation of the faces of `scope` and starts a search of its budget. With `neighbours`, errors are
+    /// estimated after the vertex motion.
     pub fn new(
-        work: &'a Work<'_>,
-        measured: &'a [bool],
+        scope: &'a Scope<'_>,
+        measured_edges: &'a [bool],
         neighbours: Option<&'a Neighbours>,
     ) -> Self {
-        work.budget.begin();
-        let options = ConvertOptions { sheet_side: None, flip: false, ..work.options.clone() };
-        let &Work { ref plan, reference, first, normals, .. } = work;
+        scope.budget.start_search();
+        let options = ConvertOptions { sheet_side: None, flip: false, ..scope.options.clone() };
+        let &Scope { ref plan, reference, first, normals, .. } = scope;
         let model = plan.model();
-        let near = 1e-6 * model.bbox().diagonal() + 2.0 * model.join_tolerance;
-        let hull = |e: &Edge| Aabb::of_points(e.curve.points()).widened(near);
+        let margin = 1e-6 * model.bbox().diagonal() + 2.0 * model.join_tolerance;
+        let hull = |e: &Edge| Aabb::of_points(e.curve.points()).widened(margin);
         Self {
             plan,
             reference,
@@ -70,47 +75,49 @@ impl<'a> Judge<'a> {
             first,
             normals,
             neighbours,
-            measured,
-            free: &work.free,
+            measured_edges,
+            free_edges: &scope.free_edges,
             creases: model.edges.iter().map(|e| is_crease(model, e)).collect(),
             boxes: model.edges.iter().map(hull).collect(),
-            known: Mutex::default(),
-            budget: &work.budget,
+            cache: Mutex::default(),
+            budget: &scope.budget,
         }
     }
 
-    /// Figures of face `f`.
-    pub fn of(&self, f: usize, divisions: &Divisions, density: usize) -> Figures {
+    /// Result of face `f` with these divisions of its edges and, inside, `density` divisions per quarter turn.
+    pub fn evaluate(&self, f: usize, divisions: &Divisions, density: usize) -> FaceResult {
         let counts = self.edges(f).map(|e| divisions.counts[e]).collect();
         let key: Key = (f, counts, density, divisions.mapped[f]);
-        let known = |k: &Key| self.known.lock().ok()?.get(k).cloned();
-        if let Some(found) = known(&key) {
+        let cached = |k: &Key| self.cache.lock().ok()?.get(k).cloned();
+        if let Some(found) = cached(&key) {
             return found;
         }
         let mesh = self.plan.face(f, divisions, density).ok();
-        let work = mesh.as_ref().map_or(0, |mesh| mesh.elements.len());
-        let bare = |mesh: &SurfaceMesh| mesh.elements.is_empty().then_some(Figures::bare(0.0));
+        let count = mesh.as_ref().map_or(0, |mesh| mesh.elements.len());
+        let without_area = |mesh: &SurfaceMesh| {
+            mesh.elements.is_empty().then_some(FaceResult::without_patches(0.0))
+        };
         let found = mesh
-            .and_then(|mesh| bare(&mesh).or_else(|| self.judge(f, &mesh)))
-            .unwrap_or(Figures::bare(f64::INFINITY));
-        if let Ok(mut known) = self.known.lock()
-            && known.insert(key, found.clone()).is_none()
+            .and_then(|mesh| without_area(&mesh).or_else(|| self.evaluate_mesh(f, &mesh)))
+            .unwrap_or(FaceResult::without_patches(f64::INFINITY));
+        if let Ok(mut cache) = self.cache.lock()
+            && cache.insert(key, found.clone()).is_none()
         {
-            self.budget.add(1 + work as u64);
+            self.budget.add_evaluated(1 + count as u64);
         }
         found
     }
 
-    /// Work done so far, and its limits.
+    /// Work done and its limits.
     pub fn budget(&self) -> &Budget {
         self.budget
     }
 
-    /// Figures of one face's mesh; none when its patches fold or cannot be made.
-    fn judge(&self, f: usize, mesh: &SurfaceMesh) -> Option<Figures> {
+    /// Result of a mesh of face `f`; `None` when its patches fold or cannot be made.
+    fn evaluate_mesh(&self, f: usize, mesh: &SurfaceMesh) -> Option<FaceResult> {
         let (mut tool, made) = convert(self.plan.model(), mesh, &self.options).ok()?;
-        let off = self.off(f, &tool);
-        renumber(&mut tool, self.first);
+        let edge_deviations = self.edge_deviations(f, &tool);
+        shift_face_numbers(&mut tool, self.first);
         if !made.folded.is_empty() {
             return None;
         }
@@ -126,56 +133,58 @@ impl<'a> Judge<'a> {
         if !report.folded.is_empty() {
             return None;
         }
-        let edge = |side: &SideCurve<'_>| self.edge(f, side);
+        let edge = |side: &SideCurve<'_>| self.edge_of_side(f, side);
         let error_mm = match self.neighbours {
-            Some(n) => n.foreseen(f, (&tool, &found), &self.options, edge).ok()?,
+            Some(n) => n.estimate_error(f, (&tool, &found), &self.options, edge).ok()?,
             None => report.worst_mm(),
         };
-        let (cut_mm, at) = self.cut_off(f, &tool, &made.redone);
+        let (crease_deviation_mm, at) = self.crease_deviation(f, &tool, &made.redone);
         let worst = report.worst.first().map(|w| w.point.into());
-        Some(Figures {
+        Some(FaceResult {
             patches: tool.patches.len(),
             error_mm,
             normal_deg: report.normal_max_deg,
-            worst: if cut_mm > error_mm { at } else { worst },
-            cut_mm,
-            off,
+            worst_point: if crease_deviation_mm > error_mm { at } else { worst },
+            crease_deviation_mm,
+            edge_deviations,
         })
     }
 
-    /// How far the sides of the patches of face `f` are from its edges that are measured, on these [mm].
-    fn off(&self, f: usize, tool: &ToolModel) -> Vec<(usize, f64)> {
+    /// Measured edges of face `f`, each with the maximum distance of the patch sides on it [mm], at 7 interior points
+    /// of a side.
+    fn edge_deviations(&self, f: usize, tool: &ToolModel) -> Vec<(usize, f64)> {
         const STEPS: usize = 8;
-        let mut off: BTreeMap<usize, f64> =
-            self.edges(f).filter(|&e| self.measured[e]).map(|e| (e, 0.0)).collect();
-        if off.is_empty() {
+        let mut deviations: BTreeMap<usize, f64> =
+            self.edges(f).filter(|&e| self.measured_edges[e]).map(|e| (e, 0.0)).collect();
+        if deviations.is_empty() {
             return Vec::new();
         }
         let rings: Vec<&[u32]> = tool.corners.iter().map(|c| &c.vertices[..]).collect();
         for (sides, p) in sides_used_once(&rings).iter().zip(&tool.patches) {
             for curve in sides.iter().map(|&side| SideCurve::new(p, side)) {
-                let Some(e) = self.edge(f, &curve) else { continue };
-                let Some(most) = off.get_mut(&e) else { continue };
+                let Some(e) = self.edge_of_side(f, &curve) else { continue };
+                let Some(most) = deviations.get_mut(&e) else { continue };
                 let steps = (1..STEPS).map(|k| curve.parameters(k as f64 / STEPS as f64));
-                *most = steps.map(|at| self.beside(e, p, at)).fold(*most, f64::max);
+                *most = steps.map(|at| self.edge_deviation(e, p, at)).fold(*most, f64::max);
             }
         }
-        off.into_iter().collect()
+        deviations.into_iter().collect()
     }
 
-    /// Distance of a point of a patch, given by its parameters, from an edge [mm]: from one at a free border within the
-    /// patch.
-    fn beside(&self, e: usize, patch: &Patch, (eta, zeta): (f64, f64)) -> f64 {
+    /// Distance of a point of a patch, given by its parameters, from an edge [mm]. At a free border only the component
+    /// within the tangent plane of the patch counts.
+    fn edge_deviation(&self, e: usize, patch: &Patch, (eta, zeta): (f64, f64)) -> f64 {
         let at = patch.derivs(eta, zeta);
         let curve = &self.plan.model().edges[e].curve;
-        let away = curve.point(curve.closest(&at.s).0) - at.s;
-        let normal = at.normal(eta, zeta).filter(|_| self.free[e]);
-        normal.map_or(away, |n| away - n * n.dot(&away)).norm()
+        let vector = curve.point(curve.closest(&at.s).0) - at.s;
+        let normal = at.normal(eta, zeta).filter(|_| self.free_edges[e]);
+        normal.map_or(vector, |n| vector - n * n.dot(&vector)).norm()
     }
 
-    /// How far sides that lost their curves are from the edges they are on [mm], and where that is most. Where faces run on
-    /// smoothly it takes them off their surfaces by its square only.
-    fn cut_off(&self, f: usize, tool: &ToolModel, redone: &[u32]) -> (f64, Option<Vec3>) {
+    /// Maximum distance from their creases of sides that lost their curves [mm], and its position. `redone` lists the
+    /// patches whose curves were replaced. Smooth edges are not considered: there the shape error is of second order in
+    /// this distance.
+    fn crease_deviation(&self, f: usize, tool: &ToolModel, redone: &[u32]) -> (f64, Option<Vec3>) {
         let none = (0.0, None);
         if redone.is_empty() {
             return none;
@@ -185,23 +194,25 @@ impl<'a> Judge<'a> {
         let sides =
             redone.iter().flat_map(|&k| once[k as usize].iter().map(move |&side| (k, side)));
         let curves = sides.map(|(k, side)| SideCurve::new(&tool.patches[k as usize], side));
-        let off = |side: SideCurve<'_>| {
+        let deviation = |side: SideCurve<'_>| {
             let middle = side.point(0.5);
-            let edge = self.edge(f, &side).filter(|&e| self.creases[e])?;
-            Some((self.far(edge, &middle), Some(middle)))
+            let edge = self.edge_of_side(f, &side).filter(|&e| self.creases[e])?;
+            Some((self.distance_to_edge(edge, &middle), Some(middle)))
         };
-        curves.filter_map(off).fold(none, |most, next| if next.0 > most.0 { next } else { most })
+        curves
+            .filter_map(deviation)
+            .fold(none, |most, next| if next.0 > most.0 { next } else { most })
     }
 
-    /// Distance of a point from an edge of the plan's model [mm].
-    fn far(&self, e: usize, p: &Vec3) -> f64 {
+    /// Distance of a point from an edge of the plan [mm].
+    fn distance_to_edge(&self, e: usize, p: &Vec3) -> f64 {
         let curve = &self.plan.model().edges[e].curve;
         (curve.point(curve.closest(p).0) - p).norm()
     }
 
-    /// Shares of the tolerance that faces are held to.
-    pub fn loosenings(&self) -> &'static [f64] {
-        if self.neighbours.is_some() { &FORESEEN } else { &LOOSENINGS }
+    /// Tolerance factors to try, largest first.
+    pub fn tolerance_factors(&self) -> &'static [f64] {
+        if self.neighbours.is_some() { &TOLERANCE_FACTORS_ESTIMATED } else { &TOLERANCE_FACTORS }
     }
 
     /// Edges of a face.
@@ -209,14 +220,15 @@ impl<'a> Judge<'a> {
         self.plan.model().faces[f].loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge)
     }
 
-    /// The edge of face `f` that both ends of a side are on; of several the one its middle is nearest to.
-    fn edge(&self, f: usize, side: &SideCurve<'_>) -> Option<usize> {
+    /// Edge of face `f` that contains both ends of a side; of several, the one closest to its middle.
+    fn edge_of_side(&self, f: usize, side: &SideCurve<'_>) -> Option<usize> {
         let [from, middle, to] = [0.0, 0.5, 1.0].map(|t| side.point(t));
         let reached =
             |e: &usize| [from, to].iter().all(|p| self.boxes[*e].distance_squared(p) == 0.0);
-        // The middle decides between edges of the same ends.
-        let away = |e: usize| self.far(e, &from) + self.far(e, &to) + 1e-3 * self.far(e, &middle);
-        let found = self.edges(f).filter(reached).map(|e| (away(e), e));
+        // The middle decides between edges with the same ends.
+        let distance = |e: usize, p: &Vec3| self.distance_to_edge(e, p);
+        let score = |e: usize| distance(e, &from) + distance(e, &to) + 1e-3 * distance(e, &middle);
+        let found = self.edges(f).filter(reached).map(|e| (score(e), e));
         found.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|f| f.1)
     }
 }

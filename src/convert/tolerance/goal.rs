@@ -1,31 +1,31 @@
-//! What a model is refined to, and the model it becomes.
+//! Goal and result of a refinement.
 
 use crate::audit::AuditReport;
 use crate::convert::ConvertReport;
 use crate::tool::ToolModel;
 
-/// What a model is refined to.
+/// Tolerances of a refinement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Goal {
-    /// Largest |shape error| (Eq. 24) [mm], > 0; infinite = any.
+    /// Maximum absolute shape error (Eq. 24) [mm], > 0; infinite = not limited.
     pub tol_mm: f64,
-    /// Largest normal error [degrees], > 0; infinite = any.
+    /// Maximum normal error [degrees], > 0; infinite = not limited.
     pub normal_deg: f64,
-    /// Vertices may leave the CAD along their normals, so that the error has two sides. Those on planes stay.
+    /// Vertices may move off the CAD along their normals, so that the error has both signs. Vertices of planes stay in
+    /// the plane.
     pub two_sided: bool,
-    /// How faces meet.
+    /// Connection of adjacent faces.
     pub borders: Borders,
 }
 
-/// How the patches of neighbouring faces meet on the edge of the CAD between them.
+/// Connection of the patches of adjacent faces at their common CAD edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Borders {
-    /// They share vertices and curves: no gap.
+    /// The patches share vertices and curves, without a gap.
     #[default]
     Conforming,
-    /// Every face has the divisions that its own error asks for; borders are no farther apart than the tolerance, nor
-    /// than a thousandth of the model's size where there is no tolerance for lengths. Where that takes no fewer
-    /// patches, as conforming.
+    /// Every face has the divisions that its own error requires. The border gap is at most the tolerance, or 1e-3 of
+    /// the model size without a length tolerance. If this saves no patches, the model is conforming.
     Independent,
 }
 
@@ -34,16 +34,16 @@ pub enum Borders {
 pub struct Refined {
     /// The model.
     pub tool: ToolModel,
-    /// What its conversion found.
+    /// Report of the conversion.
     pub report: ConvertReport,
-    /// Its audit.
+    /// Audit of the model.
     pub audit: AuditReport,
-    /// Largest distance that a vertex was moved off the CAD [mm].
+    /// Maximum distance by which a vertex was moved off the CAD [mm].
     pub moved_mm: f64,
-    /// Largest distance that a vertex was moved within a flat, off its smooth border [mm].
+    /// Maximum distance by which a vertex was moved within a flat, off its smooth border [mm].
     pub slid_mm: f64,
-    /// How its faces meet.
+    /// Connection of adjacent faces.
     pub borders: Borders,
-    /// False where the search for fewer patches ended at its work limit.
+    /// False when the search for fewer patches ended at its work limit.
     pub saved_all: bool,
 }

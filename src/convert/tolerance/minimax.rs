@@ -1,74 +1,87 @@
-//! Shifts that make the sum of the P-th powers of errors least that are linear in them: Newton's method, its equations summed
-//! once a step over the points and solved by conjugate gradients.
+//! Approximate minimax problem: shifts s that minimise `sum_i |delta_i + (N s)_i|^P` over all points i.
+//!
+//! The errors are linear in the shifts. Newton's method is used; its equations are assembled once for each step and
+//! solved by conjugate gradients. The shifts are bounded by an active set of fixed components.
 
-use super::vertex_directions::Way;
+use super::vertex_directions::VertexDirection;
 
-/// Power of the error whose sum is made least: near enough to its largest.
-const POWER: i32 = 12;
-/// Newton steps.
-const STEPS: usize = 60;
-/// Stiffness that keeps vertices where they are that nothing asks to move.
-const STIFFNESS: f64 = 1e-9;
+/// Power P of the error. The P-norm of n errors of equal size exceeds their maximum by the factor n^(1/P).
+const ERROR_POWER: i32 = 12;
+/// Maximum number of Newton steps.
+const NEWTON_STEPS_MAX: usize = 60;
+/// Regularisation added to the diagonal of the scaled matrix. Shifts without effect on the errors stay zero.
+const REGULARISATION: f64 = 1e-9;
 
-/// A point's error, and how far it moves with each way of the vertices around it.
+/// Error of a point and its derivatives with respect to the shifts.
 pub(super) struct Row {
-    /// Error as it is [mm].
+    /// Error without further shifts [mm].
     pub delta: f64,
-    /// Ways, and what each mm along them adds to it.
+    /// Indices of vertex directions, and the change of the error for a unit shift along each [mm/mm].
     pub rates: Vec<(usize, f64)>,
 }
 
 impl Row {
-    fn at(&self, shifts: &[f64]) -> f64 {
-        self.delta + self.rates.iter().map(|&(way, rate)| rate * shifts[way]).sum::<f64>()
+    /// Error with these shifts [mm].
+    fn error(&self, shifts: &[f64]) -> f64 {
+        self.delta + self.rates.iter().map(|&(k, rate)| rate * shifts[k]).sum::<f64>()
     }
 }
 
-/// Largest error with such shifts [mm].
-pub(super) fn left(rows: &[Row], shifts: &[f64]) -> f64 {
-    rows.iter().fold(0.0, |most, row| most.max(row.at(shifts).abs()))
+/// Maximum absolute error with these shifts [mm].
+pub(super) fn largest_error(rows: &[Row], shifts: &[f64]) -> f64 {
+    rows.iter().fold(0.0, |most, row| most.max(row.error(shifts).abs()))
 }
 
-/// Shifts that make the sum of `|delta + N s|^P` least, with those there are within their ranges.
-pub(super) fn least_shifts(rows: &[Row], there: &[f64], ways: &[Way]) -> Vec<f64> {
+/// Shifts that minimise `sum |delta + N s|^P` [mm]. They are added to the shifts `current`; the sums stay within the
+/// ranges of the directions.
+pub(super) fn minimax_shifts(
+    rows: &[Row],
+    current: &[f64],
+    directions: &[VertexDirection],
+) -> Vec<f64> {
     let moves = |row: &&Row| row.rates.iter().any(|rate| rate.1.abs() > 1e-9);
     let rows: Vec<&Row> = rows.iter().filter(moves).collect();
-    let mut shifts = vec![0.0; ways.len()];
+    let mut shifts = vec![0.0; directions.len()];
     let within = |k: usize, shift: f64| {
-        shift.clamp(ways[k].range[0] - there[k], ways[k].range[1] - there[k])
+        shift.clamp(directions[k].range[0] - current[k], directions[k].range[1] - current[k])
     };
-    let residuals = |shifts: &[f64]| -> Vec<f64> { rows.iter().map(|r| r.at(shifts)).collect() };
-    let mut couplings = Couplings::of(&rows, ways.len());
-    let value = |r: &[f64], scale: f64| r.iter().map(|x| (x / scale).powi(POWER)).sum::<f64>();
-    for _ in 0..STEPS {
+    let residuals = |shifts: &[f64]| -> Vec<f64> { rows.iter().map(|r| r.error(shifts)).collect() };
+    let mut matrix = NormalMatrix::of(&rows, directions.len());
+    for _ in 0..NEWTON_STEPS_MAX {
         let r = residuals(&shifts);
         let scale = r.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         if scale < 1e-12 {
             break;
         }
-        // What is at the end of its range and would leave it stays there.
+        // A shift at a bound is fixed if its step would violate the bound.
         let leaves = |k: usize, step: f64| step != 0.0 && within(k, shifts[k] + step) == shifts[k];
-        let mut held = vec![false; ways.len()];
-        let gradient = couplings.weigh(&rows, &r, scale);
+        let mut fixed = vec![false; directions.len()];
+        let right = matrix.assemble(&rows, &r, scale);
         let step = loop {
-            let step = couplings.newton_step(&gradient, &held);
+            let step = matrix.newton_step(&right, &fixed);
             let more: Vec<usize> = (0..step.len()).filter(|&k| leaves(k, step[k])).collect();
             if more.is_empty() {
                 break step;
             }
-            more.into_iter().for_each(|k| held[k] = true);
+            more.into_iter().for_each(|k| fixed[k] = true);
         };
         let at = |length: f64| -> Vec<f64> {
             (0..shifts.len()).map(|k| within(k, shifts[k] + length * step[k])).collect()
         };
-        let next = backtrack(at, |tried| value(&residuals(tried), scale), value(&r, scale));
+        let next = backtrack(at, |tried| power_sum(&residuals(tried), scale), power_sum(&r, scale));
         let Some(next) = next else { break };
         shifts = next;
     }
     shifts
 }
 
-/// Shifts at the first of the step lengths 1, 1/2, 1/4 ... that brings `value` below `now`; `None` below 1e-4.
+/// Sum of the P-th powers of `r / scale`.
+fn power_sum(r: &[f64], scale: f64) -> f64 {
+    r.iter().map(|x| (x / scale).powi(ERROR_POWER)).sum()
+}
+
+/// Backtracking line search: shifts at the first step length 1, 1/2, 1/4 ... with `value` below `now`. `None` below
+/// 1e-4.
 fn backtrack(
     at: impl Fn(f64) -> Vec<f64>,
     value: impl Fn(&[f64]) -> f64,
@@ -87,84 +100,88 @@ fn backtrack(
     }
 }
 
-/// `J' W J`, `W = |r|^(P - 2)`: a value for every two ways that are on one patch.
-struct Couplings {
-    /// Where the pairs of each way begin, and those of the last one end.
+/// Sparse matrix `N' W N` with the diagonal weights `W = |r|^(P - 2)`, in compressed rows. Two directions couple when a
+/// patch has both.
+struct NormalMatrix {
+    /// Start of each row in `columns`, and the end of the last one.
     starts: Vec<usize>,
-    /// The other way of each pair.
-    others: Vec<usize>,
+    /// Column of each entry.
+    columns: Vec<usize>,
     values: Vec<f64>,
-    /// Places of the pairs of the ways that some rows have, one after the other.
+    /// Positions of the entries of consecutive points with the same directions, all pairs in order.
     patterns: Vec<Vec<usize>>,
-    /// Which of these each row has.
+    /// Pattern of each point.
     pattern_of: Vec<usize>,
 }
 
-impl Couplings {
+impl NormalMatrix {
+    /// Determines the sparsity pattern for `count` directions.
     fn of(rows: &[&Row], count: usize) -> Self {
-        // Rows of one patch follow each other and have the same ways.
+        // The points of one patch are consecutive and have the same directions.
         let same = |a: &&Row, b: &&Row| a.rates.iter().map(|r| r.0).eq(b.rates.iter().map(|r| r.0));
         let runs: Vec<&[&Row]> = rows.chunk_by(same).collect();
-        let mut beside: Vec<Vec<usize>> = (0..count).map(|k| vec![k]).collect();
+        let mut coupled: Vec<Vec<usize>> = (0..count).map(|k| vec![k]).collect();
         for run in &runs {
-            for (way, _) in &run[0].rates {
-                beside[*way].extend(run[0].rates.iter().map(|r| r.0));
+            for (k, _) in &run[0].rates {
+                coupled[*k].extend(run[0].rates.iter().map(|r| r.0));
             }
         }
         let mut starts = vec![0];
-        for others in &mut beside {
-            others.sort_unstable();
-            others.dedup();
-            starts.push(starts[starts.len() - 1] + others.len());
+        for columns in &mut coupled {
+            columns.sort_unstable();
+            columns.dedup();
+            starts.push(starts[starts.len() - 1] + columns.len());
         }
-        let place = |a: usize, b: usize| starts[a] + beside[a].partition_point(|&other| other < b);
+        let position = |a: usize, b: usize| starts[a] + coupled[a].partition_point(|&c| c < b);
         let pattern = |run: &&[&Row]| {
             let pairs =
                 run[0].rates.iter().flat_map(|a| run[0].rates.iter().map(move |b| (a.0, b.0)));
-            pairs.map(|(a, b)| place(a, b)).collect()
+            pairs.map(|(a, b)| position(a, b)).collect()
         };
         let patterns = runs.iter().map(pattern).collect();
         let numbers = runs.iter().enumerate();
         let pattern_of = numbers.flat_map(|(k, run)| std::iter::repeat_n(k, run.len())).collect();
-        let others = beside.concat();
-        Self { values: vec![0.0; others.len()], starts, others, patterns, pattern_of }
+        let columns = coupled.concat();
+        Self { values: vec![0.0; columns.len()], starts, columns, patterns, pattern_of }
     }
 
-    /// Sums the values for these errors; returns `-J' W r / (P - 1)`.
-    fn weigh(&mut self, rows: &[&Row], r: &[f64], scale: f64) -> Vec<f64> {
-        let mut gradient = vec![0.0; self.starts.len() - 1];
+    /// Assembles the matrix for the errors `r`, scaled by `scale`; returns the right-hand side `-N' W r / (P - 1)`.
+    fn assemble(&mut self, rows: &[&Row], r: &[f64], scale: f64) -> Vec<f64> {
+        let mut right = vec![0.0; self.starts.len() - 1];
         self.values.fill(0.0);
         for ((row, x), &pattern) in rows.iter().zip(r).zip(&self.pattern_of) {
-            let weight = (x / scale).powi(POWER - 2);
-            let mut places = self.patterns[pattern].iter();
-            for &(way, n) in &row.rates {
-                gradient[way] -= weight * x * n / f64::from(POWER - 1);
-                for (&(_, m), &place) in row.rates.iter().zip(places.by_ref()) {
-                    self.values[place] += weight * n * m;
+            let weight = (x / scale).powi(ERROR_POWER - 2);
+            let mut positions = self.patterns[pattern].iter();
+            for &(k, n) in &row.rates {
+                right[k] -= weight * x * n / f64::from(ERROR_POWER - 1);
+                for (&(_, m), &position) in row.rates.iter().zip(positions.by_ref()) {
+                    self.values[position] += weight * n * m;
                 }
             }
         }
-        gradient
+        right
     }
 
-    /// Newton's step `d` of the sum of P-th powers, `(P - 1) J' W J d = -J' W r`; zero for what is held.
-    fn newton_step(&self, gradient: &[f64], held: &[bool]) -> Vec<f64> {
+    /// Newton step d of the sum of P-th powers: `(P - 1) N' W N d = -N' W r`. Fixed components are zero.
+    fn newton_step(&self, right: &[f64], fixed: &[bool]) -> Vec<f64> {
         let pairs = |k: usize| {
             let range = self.starts[k]..self.starts[k + 1];
-            self.others[range.clone()].iter().zip(&self.values[range])
+            self.columns[range.clone()].iter().zip(&self.values[range])
         };
-        let free = |k: usize, x: f64| if held[k] { 0.0 } else { x };
+        let free = |k: usize, x: f64| if fixed[k] { 0.0 } else { x };
         let own = |k: usize| pairs(k).find(|p| *p.0 == k).map_or(0.0, |p| *p.1);
-        let diagonal: Vec<f64> = (0..held.len()).map(|k| STIFFNESS + own(k)).collect();
-        let right: Vec<f64> = gradient.iter().enumerate().map(|(k, &g)| free(k, g)).collect();
+        let diagonal: Vec<f64> = (0..fixed.len()).map(|k| REGULARISATION + own(k)).collect();
+        let right: Vec<f64> = right.iter().enumerate().map(|(k, &g)| free(k, g)).collect();
         let apply = |d: &[f64]| -> Vec<f64> {
-            let row = |k: usize| pairs(k).map(|(&other, value)| value * d[other]).sum::<f64>();
-            (0..d.len()).map(|k| free(k, STIFFNESS * d[k] + row(k))).collect()
+            let row = |k: usize| pairs(k).map(|(&column, value)| value * d[column]).sum::<f64>();
+            (0..d.len()).map(|k| free(k, REGULARISATION * d[k] + row(k))).collect()
         };
         conjugate_gradients(apply, &right, &diagonal)
     }
 }
 
+/// Conjugate gradients with diagonal preconditioning: at most 200 iterations, until `r . z` has fallen to 1e-6 of its
+/// initial value.
 fn conjugate_gradients(
     apply: impl Fn(&[f64]) -> Vec<f64>,
     right: &[f64],
@@ -205,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn couplings_are_the_sums_over_the_rows() {
+    fn the_newton_step_satisfies_its_equations() {
         let rows = [
             row(1.0, &[(0, 0.5), (2, 1.0)]),
             row(-0.7, &[(0, 0.2), (2, -1.0)]),
@@ -213,28 +230,32 @@ mod tests {
         ];
         let rows: Vec<&Row> = rows.iter().collect();
         let r: Vec<f64> = rows.iter().map(|row| row.delta).collect();
-        let mut couplings = Couplings::of(&rows, 4);
-        let gradient = couplings.weigh(&rows, &r, 1.0);
-        let held = [false, true, false, false];
-        let step = couplings.newton_step(&gradient, &held);
+        let mut matrix = NormalMatrix::of(&rows, 4);
+        let right = matrix.assemble(&rows, &r, 1.0);
+        let fixed = [false, true, false, false];
+        let step = matrix.newton_step(&right, &fixed);
         assert!(step[1] == 0.0 && step[3] == 0.0, "{step:?}");
         let along = |row: &Row| row.rates.iter().map(|&(k, n)| n * step[k]).sum::<f64>();
         for k in [0, 2] {
             let sum = |row: &&Row| {
                 let n = row.rates.iter().find(|rate| rate.0 == k).map_or(0.0, |rate| rate.1);
-                let weight = row.delta.powi(POWER - 2);
-                n * weight * (f64::from(POWER - 1) * along(row) + row.delta)
+                let weight = row.delta.powi(ERROR_POWER - 2);
+                n * weight * (f64::from(ERROR_POWER - 1) * along(row) + row.delta)
             };
-            let left = rows.iter().map(sum).sum::<f64>();
-            assert!(left.abs() < 1e-6, "{k}: {left}");
+            let residual = rows.iter().map(sum).sum::<f64>();
+            assert!(residual.abs() < 1e-6, "{k}: {residual}");
         }
     }
 
     #[test]
     fn the_largest_error_is_halved_where_it_is_of_one_sign() {
         let rows = [row(0.0, &[(0, -1.0)]), row(1.0, &[(0, -1.0)])];
-        let way = Way { vertex: 0, direction: Vec3::z(), range: [-1.0, 1.0], slides: false };
-        let shifts = least_shifts(&rows, &[0.0], &[way]);
-        assert!((shifts[0] - 0.5).abs() < 1e-3 && left(&rows, &shifts) < 0.501, "{shifts:?}");
+        let range = [-1.0, 1.0];
+        let direction = VertexDirection { vertex: 0, vector: Vec3::z(), range, slides: false };
+        let shifts = minimax_shifts(&rows, &[0.0], &[direction]);
+        assert!(
+            (shifts[0] - 0.5).abs() < 1e-3 && largest_error(&rows, &shifts) < 0.501,
+            "{shifts:?}"
+        );
     }
 }

@@ -1,31 +1,34 @@
-//! As few patches as a tolerance allows: divisions of each chain of opposite edges are raised where the audit of a
-//! face says so, in the direction that buys most, lowered again where they are not needed, and the vertices are
-//! balanced about the CAD so that the error has two sides.
+//! Models with the fewest patches within a tolerance.
 //!
-//! - [`slide_estimate`]: what moving its vertices will take off a face's error
-//! - [`independent_borders`]: every face with divisions of its own, borders meeting to within the tolerance
-//! - [`search`], [`state`], [`face_error`], [`figures`]: which divisions; every face is judged alone, by the audit of its own patches
-//! - [`balance`], [`vertex_directions`], [`minimax`]: vertices moved along their normals, or within flats
-//! - [`scope`], [`refine`]: a model, or one face, refined and audited as a whole
-//! - [`faults`]: what keeps a model from the goal, and the errors that say so
-//! - [`budget`]: how much work that may be
-//! - [`uniform`]: meshes of one division of a quarter turn, taken where they have fewer patches
+//! Divisions of chains of opposite edges are raised where a face exceeds the tolerance and lowered where they are not
+//! needed. The vertices are then moved so that the shape error has both signs.
 //!
-//! Free borders keep the tolerance as well. The model is conforming unless asked otherwise; its largest error is the audit's,
-//! of the finished model.
+//! - [`search`], [`state`], [`face_error`], [`face_result`]: search for the divisions; every face is evaluated alone,
+//!   by the audit of its patches
+//! - [`slide_estimate`]: estimated error of a face after the vertex motion
+//! - [`balance`], [`vertex_directions`], [`minimax`]: vertex motion along normals or within flats
+//! - [`scope`], [`refine`]: refinement of a complete model or of one face, with the audit of the result
+//! - [`independent_borders`], [`single_face`]: faces divided independently, with border gaps within the tolerance
+//! - [`uniform`]: comparison with uniform structured meshes
+//! - [`faults`]: violations of the goal, and the resulting errors
+//! - [`budget`]: work limit
+//!
+//! The tolerance also applies to free borders. The model is conforming unless requested otherwise. The reported error
+//! is that of the audit of the final model.
 
 pub mod balance;
 mod budget;
 mod error;
 mod face_error;
+mod face_result;
 mod faults;
-mod figures;
 mod goal;
 mod independent_borders;
 mod minimax;
 mod refine;
 mod scope;
 mod search;
+mod single_face;
 mod slide_estimate;
 mod state;
 mod uniform;
@@ -39,90 +42,105 @@ use crate::cad::Model;
 use crate::mesh::mapped::MappedOptions;
 
 use super::ConvertOptions;
-use face_error::Judge;
-use scope::Work;
+use face_error::FaceEvaluator;
+use independent_borders::with_independent_faces;
+use scope::Scope;
 use slide_estimate::Neighbours;
 use state::State;
 
-/// Converts `model` with as few patches as keep `goal`.
+/// Converts `model` to the model with the fewest patches found within `goal`. The search is made with and without nodes
+/// inside flats and triangles at poles, and compared with uniform meshes.
 ///
 /// # Errors
-/// [`ToleranceError::NotReached`] names the face that cannot be brought within it.
+/// [`ToleranceError::NotReached`] names the face that cannot be brought within the goal.
 pub fn to_tolerance(
     model: &Model,
     mesh: &MappedOptions,
     options: &ConvertOptions,
     goal: &Goal,
 ) -> Result<Refined, ToleranceError> {
+    check_goal(goal)?;
+    let reference = CadReference::new(model);
+    let scope = Scope::new(model, &reference, mesh, options, goal.normal_deg.is_finite())?;
+    let neighbours = Neighbours::new(model);
+    let slides = (goal.two_sided && neighbours.allow_slides()).then_some(&neighbours);
+    let refined = refine_with_slides(&scope, goal, slides);
+    let budget = &scope.budget;
+    let open = if refined.is_err() { !budget.is_exhausted() } else { budget.allows_saving() };
+    let again = scope.plan.may_save() && open;
+    let other = again.then(|| scope.with_interior_nodes()).transpose()?;
+    let differs = |other: &Scope<'_>| {
+        refined.as_ref().map_or(true, |(_, state)| other.meshes_differently(&scope, state))
+    };
+    let other = other.filter(differs);
+    let mut refined = refined.map(|found| found.0);
+    if let Some(other) = other {
+        let evaluator = FaceEvaluator::new(&other, &other.free_edges, slides);
+        refined = fewer_patches(refined, other.refine(&evaluator, goal));
+    }
+    let most = uniform::UNIFORM_PATCHES_MAX;
+    let limit = refined.as_ref().map_or(most, |found| found.tool.patches.len());
+    let mut conforming = scope.uniform(goal, limit).map_or(refined, Ok);
+    if let Ok(found) = &mut conforming {
+        found.saved_all = scope.budget.allows_saving();
+    }
+    match goal.borders {
+        Borders::Conforming => conforming,
+        Borders::Independent => {
+            let independent = with_independent_faces(&scope, |faces| faces.refined(goal));
+            fewer_patches(conforming, independent.and_then(|found| found))
+        }
+    }
+}
+
+/// Checks that both tolerances are positive.
+///
+/// # Errors
+/// [`ToleranceError::Goal`].
+fn check_goal(goal: &Goal) -> Result<(), ToleranceError> {
     for (what, found) in [("tol_mm", goal.tol_mm), ("normal_deg", goal.normal_deg)] {
         if found.is_nan() || found <= 0.0 {
             return Err(ToleranceError::Goal { what, found });
         }
     }
-    let reference = CadReference::new(model);
-    let work = Work::new(model, &reference, mesh, options, goal.normal_deg.is_finite())?;
-    let neighbours = Neighbours::new(model);
-    let slides = (goal.two_sided && neighbours.slides()).then_some(&neighbours);
-    let refined = searched(&work, goal, slides);
-    let open = if refined.is_err() { !work.budget.is_spent() } else { work.budget.saves() };
-    let again = work.plan.may_save() && open;
-    let other = again.then(|| work.with_nodes_inside()).transpose()?;
-    let differs = |other: &Work<'_>| {
-        refined.as_ref().map_or(true, |(_, state)| other.differs_from(&work, state))
-    };
-    let other = other.filter(differs);
-    let mut refined = refined.map(|found| found.0);
-    if let Some(other) = other {
-        refined = fewer(refined, other.refine(&Judge::new(&other, &other.free, slides), goal));
-    }
-    let limit = refined.as_ref().map_or(uniform::MOST, |found| found.tool.patches.len());
-    let mut together = work.uniform(goal, limit).map_or(refined, Ok);
-    if let Ok(found) = &mut together {
-        found.saved_all = work.budget.saves();
-    }
-    match goal.borders {
-        Borders::Conforming => together,
-        Borders::Independent => {
-            let apart = independent_borders::with(&work, |apart| apart.refined(goal));
-            fewer(together, apart.and_then(|found| found))
-        }
-    }
+    Ok(())
 }
 
-/// The search with faces judged as they are and, where there are flats for vertices to slide in, with what that takes off
-/// their errors.
-fn searched(
-    work: &Work<'_>,
+/// Refines with the errors of the faces as they are and, given `slides`, also with the errors estimated after the
+/// vertex motion. Returns the model with fewer patches.
+fn refine_with_slides(
+    scope: &Scope<'_>,
     goal: &Goal,
     slides: Option<&Neighbours>,
 ) -> Result<(Refined, State), ToleranceError> {
-    let judge = Judge::new(work, &work.free, None);
-    let plain = work.refine_within(&judge, goal, &work.borders(goal));
-    let Some(neighbours) = slides.filter(|_| work.budget.is_easy()) else { return plain };
-    let judge = Judge::new(work, &work.free, Some(neighbours));
-    match (plain, work.refine_within(&judge, goal, &work.borders(goal))) {
+    let borders = scope.border_tolerances(goal);
+    let evaluator = FaceEvaluator::new(scope, &scope.free_edges, None);
+    let plain = scope.refine_within(&evaluator, goal, &borders);
+    let Some(neighbours) = slides.filter(|_| scope.budget.is_cheap()) else { return plain };
+    let evaluator = FaceEvaluator::new(scope, &scope.free_edges, Some(neighbours));
+    match (plain, scope.refine_within(&evaluator, goal, &borders)) {
         (Ok(one), Ok(other)) if one.0.tool.patches.len() <= other.0.tool.patches.len() => Ok(one),
         (plain, Err(_)) => plain,
         (_, other) => other,
     }
 }
 
-/// The model with fewer patches; the conforming one when the other has as many.
-fn fewer(
-    together: Result<Refined, ToleranceError>,
-    apart: Result<Refined, ToleranceError>,
+/// The model with fewer patches; `first` if both have equally many.
+fn fewer_patches(
+    first: Result<Refined, ToleranceError>,
+    second: Result<Refined, ToleranceError>,
 ) -> Result<Refined, ToleranceError> {
-    match (together, apart) {
+    match (first, second) {
         (Ok(one), Ok(other)) if other.tool.patches.len() < one.tool.patches.len() => Ok(other),
         (Err(_), Ok(other)) => Ok(other),
-        (together, _) => together,
+        (first, _) => first,
     }
 }
 
-/// Converts `model` with at most `patches` patches and as small an error as it can.
+/// Converts `model` to at most `patches` patches with the smallest shape error found.
 ///
 /// # Errors
-/// [`ToleranceError::TooFew`] when even the coarsest model has more.
+/// [`ToleranceError::TooFew`] when the coarsest model has more patches.
 pub fn to_patches(
     model: &Model,
     mesh: &MappedOptions,
@@ -132,28 +150,35 @@ pub fn to_patches(
     borders: Borders,
 ) -> Result<Refined, ToleranceError> {
     let reference = CadReference::new(model);
-    let work = Work::new(model, &reference, mesh, options, false)?;
+    let scope = Scope::new(model, &reference, mesh, options, false)?;
     let neighbours = Neighbours::new(model);
-    let slides = two_sided && neighbours.slides();
-    let judge = Judge::new(&work, &work.free, None);
-    let foreseeing = Judge::new(&work, &work.free, Some(&neighbours));
+    let slides = two_sided && neighbours.allow_slides();
+    let evaluator = FaceEvaluator::new(&scope, &scope.free_edges, None);
+    let estimating = FaceEvaluator::new(&scope, &scope.free_edges, Some(&neighbours));
     let goal = |tol_mm: f64| Goal { tol_mm, normal_deg: f64::INFINITY, two_sided, borders };
-    let together = |tol_mm: f64| {
-        let plain = work.refine(&judge, &goal(tol_mm));
-        if slides { fewer(plain, work.refine(&foreseeing, &goal(tol_mm))) } else { plain }
+    let conforming = |tol_mm: f64| {
+        let plain = scope.refine(&evaluator, &goal(tol_mm));
+        if !slides {
+            return plain;
+        }
+        fewer_patches(plain, scope.refine(&estimating, &goal(tol_mm)))
     };
     let size = crate::geometry::Aabb::of_points(&model.vertices).diagonal();
     match borders {
-        Borders::Conforming => least_error(together, size, patches),
-        Borders::Independent => independent_borders::with(&work, |apart| {
-            let either = |tol_mm| fewer(together(tol_mm), apart.refined(&goal(tol_mm)));
-            least_error(either, size, patches)
+        Borders::Conforming => smallest_error(conforming, size, patches),
+        Borders::Independent => with_independent_faces(&scope, |faces| {
+            let either = |tol_mm| fewer_patches(conforming(tol_mm), faces.refined(&goal(tol_mm)));
+            smallest_error(either, size, patches)
         })?,
     }
 }
 
-/// The model of the least tolerance found that has at most so many patches, of tolerances below `high` [mm].
-fn least_error(
+/// Bisects the tolerance, from `high` [mm] down, for the smallest one with at most `patches` patches. Returns the model
+/// with the smallest error among those found; stops at a relative interval of 2 % or after 20 steps.
+///
+/// # Errors
+/// [`ToleranceError::TooFew`]; other errors of `refine` except those of a tolerance that was not reached.
+fn smallest_error(
     refine: impl Fn(f64) -> Result<Refined, ToleranceError>,
     mut high: f64,
     patches: usize,

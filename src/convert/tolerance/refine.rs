@@ -1,12 +1,15 @@
-//! A model, or one face of it, refined: divisions searched with faces held to shares of the tolerance, the whole made,
-//! balanced and audited, and faces that still exceed it held to less.
+//! Refinement of a scope to a goal.
+//!
+//! 1. Search divisions so that each face alone is within `tolerance factor * tolerance`.
+//! 2. Make the complete model, move its vertices and audit it.
+//! 3. Reduce the factors of faces above the tolerance, and repeat.
 
-use super::balance::balanced;
+use super::balance::balance_errors;
 use super::error::ToleranceError;
-use super::face_error::Judge;
-use super::faults::{Faults, exceeding, folded, worst_place};
+use super::face_error::FaceEvaluator;
+use super::faults::{Faults, faces_above_tolerance, folded_faces, worst_point};
 use super::goal::{Borders, Goal, Refined};
-use super::scope::{Work, renumber};
+use super::scope::{Scope, shift_face_numbers};
 use super::search::Search;
 use super::state::State;
 use crate::audit::{Audit, AuditOptions, AuditReport, audit};
@@ -16,55 +19,70 @@ use crate::mesh::SurfaceMesh;
 use crate::mesh::mapped::plan::Divisions;
 use crate::tool::ToolModel;
 
-/// Share of the tolerance beyond which it is only tried where the search was easy.
-const LOOSE: f64 = 2.0;
-/// Share of a face's error in the whole model from which on it is its own.
-const OWN: f64 = 0.3;
-/// Times the tolerance that balancing takes off at most.
-const BALANCED: f64 = 5.0;
-/// Times the faces that still exceed the tolerance in the whole model are held to less.
-const ROUNDS: usize = 12;
+/// Tolerance factor above which a search is made only while the budget is cheap.
+const FACTOR_MAX_UNLESS_CHEAP: f64 = 2.0;
+/// Minimum ratio of the error of a face alone to its error in the complete model for the face itself to be the cause.
+const OWN_ERROR_RATIO_MIN: f64 = 0.3;
+/// Ratio of error to tolerance above which looser tolerance factors are not tried: the vertex motion removes less.
+const HOPELESS_ERROR_RATIO: f64 = 5.0;
+/// Maximum rounds of reducing the factors of faces above the tolerance in the complete model.
+const ROUNDS_MAX: usize = 12;
 
-/// Divisions of edges and insides of faces whose whole model was not what was asked for, and why.
+/// Divisions whose complete model violates the goal, with the violations.
 struct Failed {
     divisions: (Divisions, Vec<usize>),
     faults: Faults,
 }
 
-impl Work<'_> {
-    /// The fewest patches over the loosenings.
-    pub(super) fn refine(&self, judge: &Judge<'_>, goal: &Goal) -> Result<Refined, ToleranceError> {
-        self.refine_within(judge, goal, &self.borders(goal)).map(|found| found.0)
+/// True when no looser tolerance factor can succeed: the error is far above the tolerance, or of another kind.
+fn is_hopeless(error: &ToleranceError) -> bool {
+    match error {
+        ToleranceError::NotReached { found, allowed, .. } => {
+            *found > HOPELESS_ERROR_RATIO * allowed
+        }
+        _ => true,
+    }
+}
+
+impl Scope<'_> {
+    /// Model within the goal with the fewest patches over all tolerance factors.
+    ///
+    /// # Errors
+    /// [`ToleranceError::NotReached`], [`ToleranceError::NoPatches`], or an error of mesher, conversion or audit.
+    pub(super) fn refine(
+        &self,
+        evaluator: &FaceEvaluator<'_>,
+        goal: &Goal,
+    ) -> Result<Refined, ToleranceError> {
+        self.refine_within(evaluator, goal, &self.border_tolerances(goal)).map(|found| found.0)
     }
 
-    /// The same with sides no farther from the edges than `borders` [mm], and the state it is made from.
+    /// As [`Self::refine`], with the allowed distance of patch sides from each edge in `borders` [mm]; also returns the
+    /// state.
     pub(super) fn refine_within(
         &self,
-        judge: &Judge<'_>,
+        evaluator: &FaceEvaluator<'_>,
         goal: &Goal,
         borders: &[f64],
     ) -> Result<(Refined, State), ToleranceError> {
-        let loosenings: &[f64] = if goal.two_sided { judge.loosenings() } else { &[1.0] };
+        let factors: &[f64] = if goal.two_sided { evaluator.tolerance_factors() } else { &[1.0] };
         let mut best: Option<(Refined, State)> = None;
         let mut last = None;
         let mut failed = Vec::new();
-        for &share in loosenings.iter().rev() {
-            let tries = if share > LOOSE { self.budget.is_easy() } else { self.budget.saves() };
-            if best.is_some() && !tries {
+        for &factor in factors.iter().rev() {
+            let is_loose = factor > FACTOR_MAX_UNLESS_CHEAP;
+            let allowed =
+                if is_loose { self.budget.is_cheap() } else { self.budget.allows_saving() };
+            if best.is_some() && !allowed {
                 break;
             }
             let limit = best.as_ref().map_or(usize::MAX, |b| b.0.tool.patches.len());
-            match self.held_to(judge, goal, (share, borders), (limit, &mut failed)) {
+            match self.refine_at_factor(evaluator, goal, (factor, borders), (limit, &mut failed)) {
                 Ok(Some(found)) => best = Some(found),
                 Ok(None) => {}
                 Err(ToleranceError::NotReached { .. }) if best.is_some() => {}
                 Err(error) => {
-                    let hopeless = match &error {
-                        ToleranceError::NotReached { found, allowed, .. } => {
-                            *found > BALANCED * allowed
-                        }
-                        _ => true,
-                    };
+                    let hopeless = is_hopeless(&error);
                     last = Some(error);
                     if hopeless {
                         break;
@@ -75,110 +93,123 @@ impl Work<'_> {
         match (best, last) {
             (Some(best), _) => Ok(best),
             (None, Some(error)) => Err(error),
-            (None, None) => unreachable!("every loosening gives a model or an error"),
+            (None, None) => unreachable!("every tolerance factor gives a model or an error"),
         }
     }
 
-    /// Refines with faces held to `share` of the tolerance, and those that exceed it in the whole model to less;
-    /// `None` when it takes as many patches as `limit`. States that `failed` are not made again.
-    fn held_to(
+    /// Refines with the initial tolerance factor `factor` for all faces. `None` when the model has at least `limit`
+    /// patches. States in `failed` are not made again.
+    fn refine_at_factor(
         &self,
-        judge: &Judge<'_>,
+        evaluator: &FaceEvaluator<'_>,
         goal: &Goal,
-        (share, borders): (f64, &[f64]),
+        (factor, borders): (f64, &[f64]),
         (limit, failed): (usize, &mut Vec<Failed>),
     ) -> Result<Option<(Refined, State)>, ToleranceError> {
-        let mut shares = vec![share; self.plan.model().faces.len()];
+        let mut factors = vec![factor; self.plan.model().faces.len()];
         let mut state: Option<State> = None;
         let mut last = None;
-        for _ in 0..ROUNDS {
-            let search = Search { plan: &self.plan, judge, goal, shares: &shares, borders };
-            let next = state.take().map_or_else(|| search.fewest(), |state| search.grow(state));
+        for _ in 0..ROUNDS_MAX {
+            let search = Search { plan: &self.plan, evaluator, goal, factors: &factors, borders };
+            let next = state.take().map_or_else(|| search.minimise_patches(), |s| search.grow(s));
             if next.patches() >= limit {
                 return Ok(None);
             }
-            if !search.keeps(&next) {
-                return Err(last.unwrap_or_else(|| self.subject().given_up(goal, &next)));
+            if !search.is_within_goal(&next) {
+                return Err(last.unwrap_or_else(|| self.error_context().search_failed(goal, &next)));
             }
-            let known = match failed.iter().position(|f| next.is_of(&f.divisions)) {
+            let known = match failed.iter().position(|f| next.has_divisions(&f.divisions)) {
                 Some(known) => known,
                 None => {
-                    let (refined, faults) = self.finish(&next, goal)?;
-                    if faults.none() {
+                    let (refined, faults) = self.complete_model(&next, goal)?;
+                    if faults.is_empty() {
                         return Ok(Some((refined, next)));
                     }
-                    last = Some(self.subject().not_reached(goal, &refined));
+                    last = Some(self.error_context().model_failed(goal, &refined));
                     failed.push(Failed { divisions: next.key(), faults });
                     failed.len() - 1
                 }
             };
-            let (after, less) = self.tightened(&search, next, &failed[known].faults);
-            if self.budget.is_spent() {
+            let (after, reduced) = self.tighten(&search, next, &failed[known].faults);
+            if self.budget.is_exhausted() {
                 break;
             }
             state = Some(after);
-            less.into_iter().for_each(|(face, share)| shares[face] = share);
+            reduced.into_iter().for_each(|(face, factor)| factors[face] = factor);
         }
         last.map_or(Ok(None), Err)
     }
 
-    /// Where to go on from a state whose whole model has faults, and the faces to hold to less, with their shares.
-    fn tightened(
+    /// The state from which to continue after a complete model with violations, and the faces with reduced tolerance
+    /// factors.
+    fn tighten(
         &self,
         search: &Search<'_>,
         state: State,
         faults: &Faults,
     ) -> (State, Vec<(usize, f64)>) {
-        // Their sides on a crease keep to the normals of the face beyond as well, which they do not know alone.
-        let beyond =
-            |f: usize| faults.on_cad.iter().find(|o| o.0 == f && state.badness(f) < OWN * o.1);
-        let at_border = faults.over.iter().filter_map(|over| beyond(over.0));
+        // Sides on a crease also depend on the normals of the adjacent face, which the evaluation of one face ignores.
+        let is_foreign = |f: usize, ratio: f64| state.error_ratio(f) < OWN_ERROR_RATIO_MIN * ratio;
+        let foreign = |f: usize| faults.on_cad.iter().find(|o| o.0 == f && is_foreign(f, o.1));
+        let at_border = faults.exceeding.iter().filter_map(|e| foreign(e.0));
         let places: Vec<(usize, Vec3)> = at_border.filter_map(|o| Some((o.0, o.2?))).collect();
-        let own = faults.over.iter().filter(|over| beyond(over.0).is_none());
-        let less = own.map(|&over| self.less(&state, search.shares, over)).collect();
-        let fine = faults.folded.is_empty() && places.is_empty();
-        let state = if fine { state } else { search.finer(&state, &faults.folded, &places) };
-        (state, less)
+        let own = faults.exceeding.iter().filter(|e| foreign(e.0).is_none());
+        let reduced = |&e| self.reduced_factor(&state, search.factors, e);
+        let factors = own.map(reduced).collect();
+        let unchanged = faults.folded.is_empty() && places.is_empty();
+        let state =
+            if unchanged { state } else { search.refine_at(&state, &faults.folded, &places) };
+        (state, factors)
     }
 
-    /// The face to hold to less as face `f` is `ratio` times the tolerance off, and to what share of the tolerance.
-    fn less(&self, state: &State, shares: &[f64], (f, ratio): (usize, f64)) -> (usize, f64) {
+    /// The face that causes the error of face `f`, and its new tolerance factor. `ratio` is the error of face `f` over
+    /// the tolerance.
+    fn reduced_factor(
+        &self,
+        state: &State,
+        factors: &[f64],
+        (f, ratio): (usize, f64),
+    ) -> (usize, f64) {
         let face = self.cause(state, f, ratio);
-        let held: f64 = shares[face] / ratio.clamp(1.02, 1.5);
-        (face, held.min(state.badness(face) * 0.99))
+        let reduced: f64 = factors[face] / ratio.clamp(1.02, 1.5);
+        (face, reduced.min(state.error_ratio(face) * 0.99))
     }
 
-    /// The face to hold to less where face `f` is `ratio` times the tolerance off: itself, or when its own patches are much
-    /// nearer, the worst of the faces beside it, for which its vertices were moved.
+    /// The face that causes an error of `ratio` times the tolerance on face `f`. It is `f` itself, or else the worst of
+    /// it and the adjacent faces, for which the common vertices were moved.
     fn cause(&self, state: &State, f: usize, ratio: f64) -> usize {
-        if state.badness(f) >= OWN * ratio {
+        if state.error_ratio(f) >= OWN_ERROR_RATIO_MIN * ratio {
             return f;
         }
         let model = self.plan.model();
         let edges = model.faces[f].loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge);
-        let beside = edges.flat_map(|e| &model.edges[e].uses).map(|u| u[0]);
-        let worse = |a: &usize, b: &usize| state.badness(*a).total_cmp(&state.badness(*b));
-        beside.chain([f]).max_by(worse).unwrap_or(f)
+        let adjacent = edges.flat_map(|e| &model.edges[e].uses).map(|u| u[0]);
+        let worse = |a: &usize, b: &usize| state.error_ratio(*a).total_cmp(&state.error_ratio(*b));
+        adjacent.chain([f]).max_by(worse).unwrap_or(f)
     }
 
-    /// The whole model of a state, balanced and audited, and what keeps it from the goal.
-    fn finish(&self, state: &State, goal: &Goal) -> Result<(Refined, Faults), ToleranceError> {
+    /// The complete model of a state, with moved vertices if two-sided, and its violations of the goal.
+    fn complete_model(
+        &self,
+        state: &State,
+        goal: &Goal,
+    ) -> Result<(Refined, Faults), ToleranceError> {
         let mesh = self.plan.mesh(&state.minima, &state.density)?;
-        self.budget.add_finished(mesh.elements.len() as u64);
-        let (plain, found) = self.plain(&mesh, self.options, goal)?;
+        self.budget.add_complete(mesh.elements.len() as u64);
+        let (plain, found) = self.model_on_cad(&mesh, self.options, goal)?;
         let own = |face: usize| face - self.first as usize;
-        let over = |report: &AuditReport| exceeding(report, goal).into_iter();
-        let place = |f: usize| worst_place(&plain.audit, f).map(Vec3::from);
-        let on_cad = over(&plain.audit).map(|(f, ratio)| (own(f), ratio, place(f))).collect();
+        let above = |report: &AuditReport| faces_above_tolerance(report, goal).into_iter();
+        let place = |f: usize| worst_point(&plain.audit, f).map(Vec3::from);
+        let on_cad = above(&plain.audit).map(|(f, ratio)| (own(f), ratio, place(f))).collect();
         let refined =
             if goal.two_sided { self.two_sided(plain, found, self.options)? } else { plain };
-        let over = over(&refined.audit).map(|(f, ratio)| (own(f), ratio)).collect();
-        let folded = folded(&refined).into_iter().map(own).collect();
-        Ok((refined, Faults { over, on_cad, folded }))
+        let exceeding = above(&refined.audit).map(|(f, ratio)| (own(f), ratio)).collect();
+        let folded = folded_faces(&refined).into_iter().map(own).collect();
+        Ok((refined, Faults { exceeding, on_cad, folded }))
     }
 
-    /// The model of a mesh, its vertices on the CAD, and its audit.
-    pub(super) fn plain(
+    /// The model of a mesh with all vertices on the CAD, and its audit.
+    pub(super) fn model_on_cad(
         &self,
         mesh: &SurfaceMesh,
         options: &ConvertOptions,
@@ -187,39 +218,39 @@ impl Work<'_> {
         self.audited(convert(self.plan.model(), mesh, options)?, goal)
     }
 
-    /// A model of the plan's faces and its audit.
+    /// A converted model of the scope, with the face numbers of the reference, and its audit.
     pub(super) fn audited(
         &self,
         (mut tool, report): (ToolModel, ConvertReport),
         goal: &Goal,
     ) -> Result<(Refined, Audit), ToleranceError> {
-        renumber(&mut tool, self.first);
-        let asked = AuditOptions {
+        shift_face_numbers(&mut tool, self.first);
+        let audit_options = AuditOptions {
             tolerance_mm: goal.tol_mm.is_finite().then_some(goal.tol_mm),
             normal_tolerance_deg: goal.normal_deg.is_finite().then_some(goal.normal_deg),
             borders: self.is_whole(),
             ..AuditOptions::default()
         };
-        let found = audit(&tool, self.reference, &asked)?;
+        let found = audit(&tool, self.reference, &audit_options)?;
         let (audit, borders) = (found.report.clone(), Borders::Conforming);
         let (moved_mm, slid_mm) = (0.0, 0.0);
         let saved_all = true;
         Ok((Refined { tool, report, audit, moved_mm, slid_mm, borders, saved_all }, found))
     }
 
-    /// That model with its vertices balanced.
+    /// The model `plain`, whose audit is `found`, with moved vertices ([`balance_errors`]).
     pub(super) fn two_sided(
         &self,
         plain: Refined,
         found: Audit,
         options: &ConvertOptions,
     ) -> Result<Refined, ToleranceError> {
-        let asked = AuditOptions {
+        let audit_options = AuditOptions {
             tolerance_mm: plain.audit.tolerance_mm,
             normal_tolerance_deg: plain.audit.normal_tolerance_deg,
             borders: self.is_whole(),
             ..AuditOptions::default()
         };
-        balanced(plain, found, self, options, &asked)
+        balance_errors(plain, found, self, options, &audit_options)
     }
 }

@@ -1,10 +1,10 @@
-//! What is refined: a model, or one face of it.
+//! Scope of a refinement: a complete model, or one face of it.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::budget::Budget;
-use super::faults::Subject;
+use super::faults::ErrorContext;
 use super::goal::Goal;
 use super::state::State;
 use crate::audit::{CadReference, ReferenceSurface};
@@ -15,22 +15,26 @@ use crate::mesh::mapped::MappedOptions;
 use crate::mesh::mapped::plan::Plan;
 use crate::tool::ToolModel;
 
-/// What is refined: a model, or one face of it.
-pub(super) struct Work<'a> {
+/// Scope of a refinement, with the data that do not change during the search.
+pub(super) struct Scope<'a> {
+    /// Mesh plan of the model or face.
     pub plan: Plan<'a>,
+    /// Complete CAD model, against which the patches are audited.
     pub reference: &'a CadReference<'a>,
-    /// Number of the plan's first face in the reference.
+    /// Number of the first face of the plan in the reference.
     pub first: u32,
+    /// Options of the coarsest mesh.
     pub mesh: MappedOptions,
     pub options: &'a ConvertOptions,
-    /// Edges of the plan's model at free borders.
-    pub free: Vec<bool>,
-    /// Whether normals have a tolerance.
+    /// For each edge of the plan, true at a free border.
+    pub free_edges: Vec<bool>,
+    /// True when normals have a tolerance.
     pub normals: bool,
     pub budget: Arc<Budget>,
 }
 
-/// Edges that one face uses and no other face contains.
+/// For each edge, true when exactly one face uses it and no other face contains it. Containment is tested at three
+/// points.
 fn free_edges(model: &Model, reference: &CadReference<'_>) -> Vec<bool> {
     const INSIDE: [f64; 3] = [0.23, 0.5, 0.81];
     let faces: BTreeSet<u32> = (0..model.faces.len() as u32).collect();
@@ -45,13 +49,17 @@ fn free_edges(model: &Model, reference: &CadReference<'_>) -> Vec<bool> {
     free
 }
 
-/// Gives faces of a tool their numbers in the reference.
-pub(super) fn renumber(tool: &mut ToolModel, first: u32) {
+/// Shifts the face numbers of a tool by `first`, to those of the reference.
+pub(super) fn shift_face_numbers(tool: &mut ToolModel, first: u32) {
     tool.faces.iter_mut().for_each(|face| *face += first);
     tool.corners.iter_mut().for_each(|c| c.face += first);
 }
 
-impl<'a> Work<'a> {
+impl<'a> Scope<'a> {
+    /// Scope of a complete model, with the coarsest mesh as its start.
+    ///
+    /// # Errors
+    /// [`MeshError`] from [`Plan::new`].
     pub(super) fn new(
         model: &'a Model,
         reference: &'a CadReference<'a>,
@@ -69,41 +77,41 @@ impl<'a> Work<'a> {
             first: 0,
             mesh: coarse,
             options,
-            free: free_edges(model, reference),
+            free_edges: free_edges(model, reference),
             normals,
             budget: Arc::new(Budget::of_faces(model.faces.len())),
         })
     }
 
-    /// The same with triangles at poles and nodes inside flats with holes: quads at poles are not better everywhere, and
-    /// flats without nodes inside fold sooner beside arcs of their borders.
-    pub(super) fn with_nodes_inside(&self) -> Result<Self, MeshError> {
+    /// The same scope with triangles at poles and nodes inside flats with holes. Quadrilaterals at poles are not always
+    /// more accurate, and flats without interior nodes fold sooner at arcs of their borders.
+    pub(super) fn with_interior_nodes(&self) -> Result<Self, MeshError> {
         let mesh = MappedOptions { fewest: false, ..self.mesh };
         let plan = Plan::new(self.plan.model(), &mesh)?;
-        let (free, budget) = (self.free.clone(), self.budget.clone());
-        Ok(Self { plan, mesh, free, budget, ..*self })
+        let (free_edges, budget) = (self.free_edges.clone(), self.budget.clone());
+        Ok(Self { plan, mesh, free_edges, budget, ..*self })
     }
 
-    /// True when it meshes a state in another way than `other` does.
-    pub(super) fn differs_from(&self, other: &Self, state: &State) -> bool {
-        let mesh = |work: &Self| work.plan.mesh(&state.minima, &state.density).ok();
+    /// True when the meshes of a state in this scope and in `other` differ.
+    pub(super) fn meshes_differently(&self, other: &Self, state: &State) -> bool {
+        let mesh = |scope: &Self| scope.plan.mesh(&state.minima, &state.density).ok();
         mesh(self) != mesh(other)
     }
 
-    /// True unless it is one face of several: its border is not free where others use it.
+    /// True unless the scope is one face of several. The border of such a face is not free where another face uses it.
     pub(super) fn is_whole(&self) -> bool {
         self.plan.model().faces.len() == self.reference.face_count()
     }
 
-    /// The same for errors.
-    pub(super) fn subject(&self) -> Subject<'_> {
+    /// Data of the scope for error reports.
+    pub(super) fn error_context(&self) -> ErrorContext<'_> {
         let (model, budget) = (self.plan.model(), &*self.budget);
-        Subject { model, first: self.first, free: &self.free, budget }
+        ErrorContext { model, first: self.first, free_edges: &self.free_edges, budget }
     }
 
-    /// How far sides may be from each edge of the plan's model [mm]: the tolerance at free borders, any distance where
+    /// Allowed distance of patch sides from each edge of the plan [mm]: the tolerance at free borders, infinite where
     /// faces meet.
-    pub(super) fn borders(&self, goal: &Goal) -> Vec<f64> {
-        self.free.iter().map(|&free| if free { goal.tol_mm } else { f64::INFINITY }).collect()
+    pub(super) fn border_tolerances(&self, goal: &Goal) -> Vec<f64> {
+        self.free_edges.iter().map(|&free| if free { goal.tol_mm } else { f64::INFINITY }).collect()
     }
 }

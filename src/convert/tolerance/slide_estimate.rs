@@ -1,5 +1,5 @@
-//! What moving its vertices will take off the error of a face that is judged alone: the ways its vertices have beside
-//! the faces around it, and the error after the shifts that are best for it.
+//! Estimate of the error of a face after the vertex motion, for a face evaluated alone. The directions of its vertices
+//! follow from the adjacent faces; the shifts are optimal for this face.
 
 use crate::audit::Audit;
 use crate::cad::Model;
@@ -9,41 +9,42 @@ use crate::mesh::mapped::{is_crease, is_flat};
 use crate::tool::ToolModel;
 use crate::tool::side::{SideCurve, sides_used_once};
 
-use super::balance::rows;
-use super::minimax::{least_shifts, left};
-use super::vertex_directions::{STEEPEST, Way};
+use super::balance::error_rows;
+use super::minimax::{largest_error, minimax_shifts};
+use super::vertex_directions::{CREASE_SINE_MIN, VertexDirection};
 
-/// Share of the error that slides leave at best: what is foreseen is linear, and they are not.
-const LEAST: f64 = 0.2;
-/// Patches of a face from which on half of its error is foreseen without looking.
-const MANY: usize = 100;
-/// Slides, over the length of the sides beside a border.
-const SLIDE: f64 = 0.3;
+/// Minimum ratio of the estimated error to the error before the motion. The estimate is linear, but slides are not.
+const ERROR_RATIO_MIN: f64 = 0.2;
+/// Number of patches of a face above which half of its error is assumed without a computation.
+const COMPUTED_PATCHES_MAX: usize = 100;
+/// Maximum slide, over the length of the longer side at the vertex.
+const SLIDE_RATIO_MAX: f64 = 0.3;
 
-/// The faces of a model as neighbours.
+/// Adjacency of the faces of a model.
 pub(super) struct Neighbours {
-    /// For each face its normal, if it is flat.
+    /// For each face its normal, if flat.
     flats: Vec<Option<Vec3>>,
-    /// For each edge its faces, and whether they meet at an angle.
+    /// For each edge its faces, and true when they meet at an angle.
     edges: Vec<(Vec<usize>, bool)>,
 }
 
-/// What the borders at a vertex ask of it.
+/// Adjacent faces at the borders that meet in a vertex.
 #[derive(Default)]
-struct Asked {
-    /// Flats that run on smoothly: their normals, and the vertex at the other end of the side.
+struct VertexBorders {
+    /// Flats that continue the face smoothly: normal, and the vertex at the other end of the side.
     smooth: Vec<(Vec3, u32)>,
-    /// Flats met at an angle.
+    /// Normals of flats that meet the face at an angle.
     walls: Vec<Vec3>,
-    /// Curved faces met at an angle.
-    held: bool,
+    /// True when a curved face meets the face at an angle: the vertex is fixed.
+    fixed: bool,
 }
 
 impl Neighbours {
+    /// Determines the adjacency of all faces.
     pub fn new(model: &Model) -> Self {
         let normal = |k: usize| {
             let face = &model.faces[k];
-            is_flat(face).then(|| face.normal(middle(model, k))).flatten()
+            is_flat(face).then(|| face.normal(surface_centre(model, k))).flatten()
         };
         let edge = |e: &crate::cad::model::Edge| {
             (e.uses.iter().map(|u| u[0]).collect(), is_crease(model, e))
@@ -54,16 +55,20 @@ impl Neighbours {
         }
     }
 
-    /// True when a flat somewhere runs on smoothly into a curved face.
-    pub fn slides(&self) -> bool {
+    /// True when the model has a smooth edge between a flat and a curved face, along which vertices can slide.
+    pub fn allow_slides(&self) -> bool {
         self.edges.iter().any(|(faces, crease)| {
             let flat = |f: &usize| self.flats[*f].is_some();
             !crease && faces.iter().any(flat) && !faces.iter().all(flat)
         })
     }
 
-    /// The error that is left of `found`, the audit of the patches of face `f`, whose sides are on the edges that `edge` says [mm].
-    pub fn foreseen(
+    /// Estimated shape error of face `f` after the vertex motion [mm], from the audit `found` of its patches. `edge`
+    /// gives the edge of a patch side.
+    ///
+    /// # Errors
+    /// [`ConvertError`] when a shifted model cannot be built.
+    pub fn estimate_error(
         &self,
         f: usize,
         (tool, found): (&ToolModel, &Audit),
@@ -74,26 +79,26 @@ impl Neighbours {
         if self.flats[f].is_some() || error <= 0.0 {
             return Ok(error);
         }
-        if tool.patches.len() > MANY {
+        if tool.patches.len() > COMPUTED_PATCHES_MAX {
             return Ok(0.5 * error);
         }
-        let ways = ways(tool, &self.asked(f, tool, edge));
-        let rows = rows(tool, &found.samples, &ways, options)?;
-        let none = vec![0.0; ways.len()];
-        let shifts = least_shifts(&rows, &none, &ways);
-        let share = left(&rows, &shifts) / left(&rows, &none).max(f64::MIN_POSITIVE);
-        Ok(error * share.clamp(LEAST, 1.0))
+        let directions = vertex_directions(tool, &self.vertex_borders(f, tool, edge));
+        let rows = error_rows(tool, &found.samples, &directions, options)?;
+        let none = vec![0.0; directions.len()];
+        let shifts = minimax_shifts(&rows, &none, &directions);
+        let before = largest_error(&rows, &none).max(f64::MIN_POSITIVE);
+        Ok(error * (largest_error(&rows, &shifts) / before).clamp(ERROR_RATIO_MIN, 1.0))
     }
 
-    /// What the borders of a face ask of its vertices.
-    fn asked(
+    /// Adjacent faces at the vertices of face `f`.
+    fn vertex_borders(
         &self,
         f: usize,
         tool: &ToolModel,
         edge: impl Fn(&SideCurve<'_>) -> Option<usize>,
-    ) -> Vec<Asked> {
-        let mut asked: Vec<Asked> = Vec::new();
-        asked.resize_with(tool.vertices.len(), Asked::default);
+    ) -> Vec<VertexBorders> {
+        let mut borders: Vec<VertexBorders> = Vec::new();
+        borders.resize_with(tool.vertices.len(), VertexBorders::default);
         let rings: Vec<&[u32]> = tool.corners.iter().map(|c| &c.vertices[..]).collect();
         for (sides, (patch, ring)) in
             sides_used_once(&rings).iter().zip(tool.patches.iter().zip(&rings))
@@ -104,23 +109,23 @@ impl Neighbours {
                 let Some(&other) = faces.iter().find(|&&g| g != f) else { continue };
                 let ends = [ring[side], ring[(side + 1) % ring.len()]];
                 for (v, w) in [(ends[0], ends[1]), (ends[1], ends[0])] {
-                    let at = &mut asked[v as usize];
+                    let at = &mut borders[v as usize];
                     match (self.flats[other], crease) {
                         (Some(n), false) => at.smooth.push((n, w)),
                         (Some(n), true) => at.walls.push(n),
-                        (None, true) => at.held = true,
+                        (None, true) => at.fixed = true,
                         (None, false) => {}
                     }
                 }
             }
         }
-        asked
+        borders
     }
 }
 
-/// Lists the directions of the vertices of a face alone, each vertex once.
-fn ways(tool: &ToolModel, asked: &[Asked]) -> Vec<Way> {
-    let mut ways = Vec::new();
+/// Directions of the vertices of a single face, at most one for each.
+fn vertex_directions(tool: &ToolModel, borders: &[VertexBorders]) -> Vec<VertexDirection> {
+    let mut directions = Vec::new();
     let mut done = vec![false; tool.vertices.len()];
     for corners in &tool.corners {
         for (k, (&v, &n)) in corners.vertices.iter().zip(&corners.normals).enumerate() {
@@ -129,40 +134,49 @@ fn ways(tool: &ToolModel, asked: &[Asked]) -> Vec<Way> {
             }
             let normal = tool.normals[n as usize];
             let ring = &corners.vertices;
-            let reach = [1, ring.len() - 1].map(|step| {
+            let lengths = [1, ring.len() - 1].map(|step| {
                 let w = ring[(k + step) % ring.len()];
                 (tool.vertices[w as usize] - tool.vertices[v as usize]).norm()
             });
-            ways.extend(way(tool, v, &asked[v as usize], &normal, reach[0].max(reach[1])));
+            let longest = lengths[0].max(lengths[1]);
+            directions.extend(vertex_direction(tool, v, &borders[v as usize], &normal, longest));
         }
     }
-    ways
+    directions
 }
 
-/// Parameters in the middle of a face's surface.
-fn middle(model: &Model, face: usize) -> Vec2 {
+/// Centre of the parameter rectangle of a face.
+fn surface_centre(model: &Model, face: usize) -> Vec2 {
     let [u, v] = model.faces[face].surface.domain();
     Vec2::new(0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1]))
 }
 
-fn way(tool: &ToolModel, v: u32, asked: &Asked, normal: &Vec3, reach: f64) -> Option<Way> {
+/// Direction of vertex `v` of a single face with the normal `normal`. `length` is that of its longer side [mm]. `None`
+/// when the borders fix the vertex.
+fn vertex_direction(
+    tool: &ToolModel,
+    v: u32,
+    borders: &VertexBorders,
+    normal: &Vec3,
+    length: f64,
+) -> Option<VertexDirection> {
     let vertex = v as usize;
-    if asked.held {
+    if borders.fixed {
         return None;
     }
-    if let Some(&(flat, w)) = asked.smooth.first() {
+    if let Some(&(flat, w)) = borders.smooth.first() {
         let along = tool.vertices[w as usize] - tool.vertices[vertex];
-        let direction = flat.cross(&along).try_normalize(1e-12)?;
-        let stays = asked.walls.iter().all(|n| n.dot(&direction).abs() < 0.1);
-        let range = [-SLIDE * reach, SLIDE * reach];
-        return stays.then_some(Way { vertex, direction, range, slides: true });
+        let vector = flat.cross(&along).try_normalize(1e-12)?;
+        let stays = borders.walls.iter().all(|n| n.dot(&vector).abs() < 0.1);
+        let range = [-SLIDE_RATIO_MAX * length, SLIDE_RATIO_MAX * length];
+        return stays.then_some(VertexDirection { vertex, vector, range, slides: true });
     }
     let within = |rest: Vec3, n: &Vec3| rest - n * n.dot(&rest);
-    let rest = asked.walls.iter().fold(*normal, within);
+    let rest = borders.walls.iter().fold(*normal, within);
     let range = [f64::NEG_INFINITY, f64::INFINITY];
-    (rest.norm() >= STEEPEST).then(|| Way {
+    (rest.norm() >= CREASE_SINE_MIN).then(|| VertexDirection {
         vertex,
-        direction: rest.normalize(),
+        vector: rest.normalize(),
         range,
         slides: false,
     })

@@ -1,55 +1,57 @@
-//! Divisions of a model's edges and of the insides of its faces, and what every face makes of them.
+//! State of a search: divisions of edges and faces, with the resulting errors.
 
-use super::figures::Figures;
+use super::face_result::FaceResult;
 use crate::geometry::Vec3;
 use crate::mesh::mapped::plan::Divisions;
 
-/// Divisions tried, and what every face makes of them.
+/// Divisions of a model and the resulting errors of its faces.
 #[derive(Debug, Clone)]
 pub(super) struct State {
-    /// Least divisions of each edge.
+    /// Minimum divisions of each edge.
     pub minima: Vec<usize>,
-    /// Divisions of a quarter turn inside each face where that is not up to its edges.
+    /// Divisions per quarter turn inside each face, where they are independent of its edges.
     pub density: Vec<usize>,
+    /// Divisions of all edges consistent with `minima`.
     pub divisions: Divisions,
-    pub faces: Vec<Figures>,
-    /// Error of each face over its tolerance.
-    pub badness: Vec<f64>,
+    /// Result of each face.
+    pub faces: Vec<FaceResult>,
+    /// Error of each face over the tolerance.
+    pub error_ratios: Vec<f64>,
 }
 
 impl State {
-    /// Patches in all.
+    /// Total number of patches.
     pub fn patches(&self) -> usize {
         self.faces.iter().map(|f| f.patches).sum()
     }
 
-    /// Largest shape error [mm] and normal error [degrees] of a face.
-    pub fn figures(&self, face: usize) -> (f64, f64) {
+    /// Maximum shape error [mm] and normal error [degrees] of a face.
+    pub fn errors(&self, face: usize) -> (f64, f64) {
         (self.faces[face].error_mm, self.faces[face].normal_deg)
     }
 
-    /// Where the error of a face is largest.
-    pub fn worst(&self, face: usize) -> Option<Vec3> {
-        self.faces[face].worst
+    /// Position of the maximum error of a face [mm].
+    pub fn worst_point(&self, face: usize) -> Option<Vec3> {
+        self.faces[face].worst_point
     }
 
-    /// Measured edges of a face, each with how far the patches' sides on it are from it [mm].
-    pub fn off(&self, face: usize) -> &[(usize, f64)] {
-        &self.faces[face].off
+    /// Measured edges of a face, each with the maximum distance of the patch sides on it [mm].
+    pub fn edge_deviations(&self, face: usize) -> &[(usize, f64)] {
+        &self.faces[face].edge_deviations
     }
 
-    /// Divisions of edges and insides of faces: what the mesh depends on.
+    /// Divisions of edges and inside faces, which determine the mesh.
     pub fn key(&self) -> (Divisions, Vec<usize>) {
         (self.divisions.clone(), self.density.clone())
     }
 
-    /// True when it has these divisions.
-    pub fn is_of(&self, (divisions, density): &(Divisions, Vec<usize>)) -> bool {
+    /// True when the state has these divisions.
+    pub fn has_divisions(&self, (divisions, density): &(Divisions, Vec<usize>)) -> bool {
         self.divisions == *divisions && self.density == *density
     }
 
-    /// Error of a face over the tolerance, without its share.
-    pub fn badness(&self, face: usize) -> f64 {
-        self.badness[face]
+    /// Error of a face over the tolerance, without its tolerance factor.
+    pub fn error_ratio(&self, face: usize) -> f64 {
+        self.error_ratios[face]
     }
 }

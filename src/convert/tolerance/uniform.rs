@@ -1,61 +1,61 @@
-//! The uniform structured mesh as a rival: what a tolerance takes is never more than it needs.
+//! Comparison with uniform structured meshes: a refined model never has more patches than the best of these.
 
-use super::faults::{exceeding, folded};
+use super::faults::{faces_above_tolerance, folded_faces};
 use super::goal::{Goal, Refined};
-use super::scope::Work;
+use super::scope::Scope;
 use crate::convert::unfolded::mesh_and_convert;
 use crate::convert::{ConvertOptions, ConvertReport, convert};
 use crate::mesh::SurfaceMesh;
 use crate::mesh::mapped::{self, MappedOptions, mesh};
 use crate::tool::ToolModel;
 
-/// A model with the record of its making.
-type Made = (ToolModel, ConvertReport);
+/// A model and the report of its conversion.
+type Converted = (ToolModel, ConvertReport);
 
-/// A way to make a model.
-type Make<'a> = &'a dyn Fn() -> Option<Made>;
+/// Function that makes a model.
+type Converter<'a> = &'a dyn Fn() -> Option<Converted>;
 
-/// Most divisions of a quarter turn that are tried.
-const FINEST: usize = 128;
-/// Patches of a uniform mesh where no other was found, at most.
-pub(super) const MOST: usize = 4000;
-/// Times the tolerance that balancing may take off.
-const BALANCED: f64 = 2.0;
-/// Times the tolerance beyond which coarser meshes are not tried.
-const HOPELESS: f64 = 4.0;
-/// Meshes one after the other that miss the tolerance, after which coarser ones are not tried.
-const PATIENCE: usize = 3;
+/// Maximum divisions per quarter turn.
+const ARC_DIVISIONS_MAX: usize = 128;
+/// Maximum number of patches of a uniform mesh when the search found no model.
+pub(super) const UNIFORM_PATCHES_MAX: usize = 4000;
+/// Ratio of error to tolerance up to which the vertex motion is tried.
+const BALANCE_RATIO_MAX: f64 = 2.0;
+/// Ratio of error to tolerance above which coarser meshes are not tried.
+const HOPELESS_RATIO: f64 = 4.0;
+/// Number of consecutive meshes above the tolerance after which coarser ones are not tried.
+const FAILURES_MAX: usize = 3;
 
-impl Work<'_> {
-    /// The uniform mesh with the fewest patches, less than `limit`, that keeps the goal without a fold; its edges as
-    /// asked, or of Eq. 8. Patches are counted before anything is audited, and the audits go from fine to coarse.
+impl Scope<'_> {
+    /// Model of a uniform mesh within the goal and without folds, with the fewest patches, below `limit`. Its edges
+    /// follow the CAD as requested, or Eq. 8. Meshes are audited from fine to coarse.
     pub(super) fn uniform(&self, goal: &Goal, limit: usize) -> Option<Refined> {
         let (mut best, mut missed) = (None, 0);
-        for (arc_divisions, mesh) in self.below(limit).iter().rev() {
+        for (arc_divisions, mesh) in self.meshes_below(limit).iter().rev() {
             let patches = mesh.elements.len() as u64;
-            if !self.budget.allows_finished(patches) {
+            if !self.budget.allows_complete(patches) {
                 continue;
             }
-            self.budget.add_finished(patches);
-            let (ratio, found) = self.keeping(*arc_divisions, mesh, goal, limit);
+            self.budget.add_complete(patches);
+            let (ratio, found) = self.model_within_goal(*arc_divisions, mesh, goal, limit);
             match found {
                 Some(found) => (best, missed) = (Some(found), 0),
                 None => missed += 1,
             }
-            // Without a sound model the next coarser one may have one.
-            if (ratio.is_finite() && ratio > HOPELESS) || missed == PATIENCE {
+            // An infinite ratio means no valid model; the next coarser mesh may have one.
+            if (ratio.is_finite() && ratio > HOPELESS_RATIO) || missed == FAILURES_MAX {
                 break;
             }
         }
         best
     }
 
-    /// Uniform meshes with fewer patches than `limit` and their divisions of a quarter turn, coarsest first.
-    fn below(&self, limit: usize) -> Vec<(usize, SurfaceMesh)> {
+    /// Uniform meshes with fewer than `limit` elements and their divisions per quarter turn, coarsest first.
+    fn meshes_below(&self, limit: usize) -> Vec<(usize, SurfaceMesh)> {
         let mut found: Vec<(usize, SurfaceMesh)> = Vec::new();
-        for arc_divisions in 1..=FINEST {
+        for arc_divisions in 1..=ARC_DIVISIONS_MAX {
             let options = MappedOptions { arc_divisions, ..self.mesh };
-            // Finer borders may bound a face that coarse chords do not.
+            // With finer divisions the border of a face may enclose a region.
             let Ok(next) = mesh(self.plan.model(), &options) else { continue };
             if next.elements.len() >= limit {
                 break;
@@ -67,10 +67,13 @@ impl Work<'_> {
         found
     }
 
-    /// Least error over the tolerance of the models of a mesh, and the first one that keeps the goal with fewer patches
-    /// than `limit`. Where edges follow the CAD, those of Eq. 8 are tried as well, on the mesh that suits them, with faces
-    /// that fold divided more finely.
-    fn keeping(
+    /// Minimum ratio of error to tolerance over the models of `mesh`, and the first model within the goal with fewer
+    /// than `limit` patches. The models are tried in this order:
+    ///
+    /// 1. the edges as requested on `mesh`;
+    /// 2. the same with equal lengths and with nodes inside flats;
+    /// 3. if edges follow the CAD: edges by Eq. 8, with faces refined that have folded patches.
+    fn model_within_goal(
         &self,
         arc_divisions: usize,
         mesh: &SurfaceMesh,
@@ -78,26 +81,26 @@ impl Work<'_> {
         limit: usize,
     ) -> (f64, Option<Refined>) {
         let eq8 = ConvertOptions { through_cad: false, ..self.options.clone() };
-        let asked = || convert(self.plan.model(), mesh, self.options).ok();
+        let as_requested = || convert(self.plan.model(), mesh, self.options).ok();
         let plain = MappedOptions { arc_divisions, by_turn: false, fewest: false, ..self.mesh };
-        // Flats with nodes inside fold less beside arcs of their borders.
-        let evenly = || {
+        // Flats with interior nodes fold less at arcs of their borders.
+        let equal_lengths = || {
             let mesh = mapped::mesh(self.plan.model(), &plain).ok()?;
             convert(self.plan.model(), &mesh, self.options).ok()
         };
-        let other = || {
+        let by_eq8 = || {
             let options = MappedOptions { through_cad: false, ..plain };
             mesh_and_convert(self.plan.model(), &options, &eq8).ok()
         };
-        let mut rules: Vec<(&ConvertOptions, Make)> =
-            vec![(self.options, &asked), (self.options, &evenly)];
+        let mut rules: Vec<(&ConvertOptions, Converter)> =
+            vec![(self.options, &as_requested), (self.options, &equal_lengths)];
         if self.options.through_cad {
-            rules.push((&eq8, &other));
+            rules.push((&eq8, &by_eq8));
         }
         let mut least = f64::INFINITY;
         for (options, make) in rules {
-            let Some(made) = make().filter(|made| made.0.patches.len() < limit) else { continue };
-            let (ratio, refined) = self.judged(made, options, goal);
+            let Some(model) = make().filter(|m| m.0.patches.len() < limit) else { continue };
+            let (ratio, refined) = self.evaluate_model(model, options, goal);
             least = least.min(ratio);
             if refined.is_some() {
                 return (least, refined);
@@ -106,28 +109,34 @@ impl Work<'_> {
         (least, None)
     }
 
-    /// How far a model is from the goal, as a ratio (infinite where it is not sound), and what keeps it: the model itself,
-    /// or with its vertices moved about the CAD.
-    fn judged(&self, made: Made, options: &ConvertOptions, goal: &Goal) -> (f64, Option<Refined>) {
-        let Ok((plain, found)) = self.audited(made, goal) else { return (f64::INFINITY, None) };
-        if !is_sound(&plain) {
+    /// Ratio of error to tolerance of `model`, whose vertices lie on the CAD; infinite if it is not valid. The second
+    /// result is the model within the goal: `model`, or the one with moved vertices.
+    fn evaluate_model(
+        &self,
+        model: Converted,
+        options: &ConvertOptions,
+        goal: &Goal,
+    ) -> (f64, Option<Refined>) {
+        let Ok((plain, found)) = self.audited(model, goal) else { return (f64::INFINITY, None) };
+        if !is_valid(&plain) {
             return (f64::INFINITY, None);
         }
-        let ratio = over(&plain, goal);
+        let ratio = goal_ratio(&plain, goal);
         let refined = match ratio {
             r if r <= 1.0 => Ok(plain),
-            r if r <= BALANCED && goal.two_sided => self.two_sided(plain, found, options),
+            r if r <= BALANCE_RATIO_MAX && goal.two_sided => self.two_sided(plain, found, options),
             _ => return (ratio, None),
         };
-        (ratio, refined.ok().filter(|r| is_sound(r) && over(r, goal) <= 1.0))
+        (ratio, refined.ok().filter(|r| is_valid(r) && goal_ratio(r, goal) <= 1.0))
     }
 }
 
-fn is_sound(found: &Refined) -> bool {
-    folded(found).is_empty() && found.audit.points_lost == 0
+/// True when no patch is folded and every sample has a closest point.
+fn is_valid(found: &Refined) -> bool {
+    folded_faces(found).is_empty() && found.audit.points_lost == 0
 }
 
-/// Error over the tolerance; at most one when the goal is kept.
-fn over(found: &Refined, goal: &Goal) -> f64 {
-    exceeding(&found.audit, goal).iter().fold(0.0, |most, face| most.max(face.1))
+/// Maximum ratio of error to tolerance over the faces above the tolerance; zero within the goal.
+fn goal_ratio(found: &Refined, goal: &Goal) -> f64 {
+    faces_above_tolerance(&found.audit, goal).iter().fold(0.0, |most, face| most.max(face.1))
 }

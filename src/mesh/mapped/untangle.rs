@@ -66,7 +66,8 @@ impl Untangling<'_> {
         (0..count).map(sine).fold(1.0, f64::min)
     }
 
-    fn put(&mut self, n: usize, node: Node) {
+    /// Moves node `n` and updates its normal.
+    fn move_node(&mut self, n: usize, node: Node) {
         self.patchwork.nodes[n] = node;
         self.normals[n] = self.face.surface.normal(node.uv);
     }
@@ -85,7 +86,7 @@ impl Untangling<'_> {
             let centre = best.uv;
             for k in 0..9_i32 {
                 let shift = Vec2::new(f64::from(k % 3 - 1), f64::from(k / 3 - 1));
-                self.put(n, Node::inside(self.face, centre + step.component_mul(&shift)));
+                self.move_node(n, Node::inside(self.face, centre + step.component_mul(&shift)));
                 let found = self.worst_of(elements);
                 if found > value {
                     (best, value) = (self.patchwork.nodes[n], found);
@@ -95,7 +96,7 @@ impl Untangling<'_> {
                 step *= 0.5;
             }
         }
-        self.put(n, best);
+        self.move_node(n, best);
         best.uv != start.uv
     }
 }

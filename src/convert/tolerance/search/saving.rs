@@ -1,4 +1,4 @@
-//! Fewer patches: divisions lowered, and exchanged, while every face keeps its tolerance.
+//! Reduction of patches: divisions are lowered and exchanged while every face stays within its tolerance.
 
 use std::collections::BTreeMap;
 
@@ -7,30 +7,30 @@ use rayon::prelude::*;
 use super::{Move, Search};
 use crate::convert::tolerance::state::State;
 
-/// Chains that are tried for exchange, at most.
-const EXCHANGES: usize = 96;
+/// Maximum number of exchanges tried.
+const EXCHANGES_MAX: usize = 96;
 
 impl Search<'_> {
-    /// Exchanges one chain after the other until none saves patches, or the work for that is done.
-    pub(super) fn exchanged(&self, mut state: State) -> State {
+    /// Repeats [`Self::exchange`] until no exchange saves patches or the budget of the saving is used.
+    pub(super) fn exchange_divisions(&self, mut state: State) -> State {
         let mut tried = 0;
-        while tried < EXCHANGES && self.judge.budget().saves() {
+        while tried < EXCHANGES_MAX && self.evaluator.budget().allows_saving() {
             let Some(better) = self.exchange(&state, &mut tried) else { break };
             state = better;
         }
         state
     }
 
-    /// Lowers divisions, those that save most first, while every face keeps its tolerance.
+    /// Lowers divisions while every face stays within its tolerance, those with the largest estimated saving first.
     pub(super) fn prune(&self, mut state: State) -> State {
         loop {
             let mut any = false;
-            for m in self.lowerings(&state) {
-                if !self.judge.budget().saves() {
+            for m in self.lowering_moves(&state) {
+                if !self.evaluator.budget().allows_saving() {
                     return state;
                 }
-                let Some(lower) = self.lowered(&state, m) else { continue };
-                if self.keeps(&lower) && lower.patches() < state.patches() {
+                let Some(lower) = self.lower(&state, m) else { continue };
+                if self.is_within_goal(&lower) && lower.patches() < state.patches() {
                     state = lower;
                     any = true;
                 }
@@ -41,15 +41,15 @@ impl Search<'_> {
         }
     }
 
-    /// Chains and insides that can be lowered, those on faces with most patches first.
-    fn lowerings(&self, state: &State) -> Vec<Move> {
+    /// Moves that can be reversed, those with the largest estimated saving of patches first.
+    fn lowering_moves(&self, state: &State) -> Vec<Move> {
         let mut saved: BTreeMap<Move, f64> = BTreeMap::new();
         for f in 0..state.faces.len() {
             let patches = state.faces[f].patches as f64;
             for e in self.edges(f) {
                 let c = self.plan.chains()[e];
-                let share = patches / state.divisions.counts[e] as f64;
-                *saved.entry(Move::Chain(c)).or_default() += share;
+                let saving = patches / state.divisions.counts[e] as f64;
+                *saved.entry(Move::Chain(c)).or_default() += saving;
             }
             if self.divides_inside(state, f) && state.density[f] > 1 {
                 *saved.entry(Move::Inside(f)).or_default() += patches;
@@ -60,7 +60,8 @@ impl Search<'_> {
         order.into_iter().map(|(m, _)| m).collect()
     }
 
-    fn lowered(&self, state: &State, m: Move) -> Option<State> {
+    /// The state with one division less of a chain, or a quarter less inside a face. `None` at the minimum.
+    fn lower(&self, state: &State, m: Move) -> Option<State> {
         let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
         match m {
             Move::Chain(c) => {
@@ -77,37 +78,39 @@ impl Search<'_> {
         fresh.then(|| self.state(minima, density))
     }
 
-    /// One chain lowered and kept so, others raised for it: the first exchange that saves patches.
+    /// Lowers one chain or interior, keeps it and raises others instead; returns the first result with fewer patches.
+    /// `tried` counts the attempts.
     fn exchange(&self, state: &State, tried: &mut usize) -> Option<State> {
-        for m in self.lowerings(state) {
+        for m in self.lowering_moves(state) {
             *tried += 1;
-            if *tried > EXCHANGES {
+            if *tried > EXCHANGES_MAX {
                 return None;
             }
-            let Some(lower) = self.lowered(state, m) else { continue };
+            let Some(lower) = self.lower(state, m) else { continue };
             let grown = self.prune(self.grow_without(lower, m)?);
-            if self.keeps(&grown) && grown.patches() < state.patches() {
+            if self.is_within_goal(&grown) && grown.patches() < state.patches() {
                 return Some(grown);
             }
         }
         None
     }
 
-    /// Grows without raising `fixed`; as it was when nothing else can be raised.
+    /// Raises divisions as [`Search::grow`] does, except those of `fixed`. The result may be above the tolerance.
     fn grow_without(&self, mut state: State, fixed: Move) -> Option<State> {
         let limit = state.patches() * 2 + 16;
         for _ in 0..200 {
             let worst = (0..state.faces.len())
-                .max_by(|&a, &b| self.over(&state, a).total_cmp(&self.over(&state, b)))?;
-            if self.over(&state, worst) <= 1.0
+                .max_by(|&a, &b| self.excess(&state, a).total_cmp(&self.excess(&state, b)))?;
+            if self.excess(&state, worst) <= 1.0
                 || state.patches() > limit
-                || !self.judge.budget().saves()
+                || !self.evaluator.budget().allows_saving()
             {
                 break;
             }
-            let at_borders = self.at_borders(&state, worst);
-            let mut moves =
-                if at_borders.is_empty() { self.moves(&state, worst) } else { at_borders };
+            let mut moves = self.border_moves(&state, worst);
+            if moves.is_empty() {
+                moves = self.candidate_moves(&state, worst);
+            }
             moves.retain(|m| *m != fixed);
             let gains: Vec<f64> = moves.par_iter().map(|m| self.gain(&state, worst, *m)).collect();
             let best = gains.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));

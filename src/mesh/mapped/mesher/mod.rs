@@ -346,7 +346,7 @@ fn ring(sides: &[Vec<Node>]) -> Vec<Node> {
     sides.iter().flat_map(|s| s.iter().take(s.len().max(1) - 1)).copied().collect()
 }
 
-/// Raises the minima of a side's edges to a total of `asked`, in proportion to length.
+/// Raises the minima of a side's edges to a total of `required`, in proportion to length.
 fn raise_side(face: &Face, side: &[usize], required: usize, minima: &mut [usize], lengths: &[f64]) {
     let edges: Vec<usize> = side.iter().filter_map(|&u| face.loops[0].uses[u].edge).collect();
     let whole: f64 = edges.iter().map(|&e| lengths[e]).sum();

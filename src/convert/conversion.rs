@@ -1,4 +1,4 @@
-//! What a conversion takes from CAD and mesh, and the tool model of it.
+//! Normals, edge curves and patches of one mesh: a single conversion, without repairs.
 
 use std::cell::OnceCell;
 
@@ -16,8 +16,8 @@ use crate::tool::build::{EdgeChoice, StraightEdge, build, edge_ends};
 use crate::tool::model::PatchCorners;
 use crate::tool::{GivenCurve, Patch, ToolKind, ToolModel};
 
-/// Faces of `model` without an element.
-fn bare(model: &Model, mesh: &SurfaceMesh) -> Vec<usize> {
+/// Lists the faces of `model` without an element.
+fn faces_without_elements(model: &Model, mesh: &SurfaceMesh) -> Vec<usize> {
     let mut without = vec![true; model.faces.len()];
     for element in &mesh.elements {
         if let Some(face) = without.get_mut(element.face as usize) {
@@ -27,60 +27,66 @@ fn bare(model: &Model, mesh: &SurfaceMesh) -> Vec<usize> {
     (0..without.len()).filter(|&f| without[f]).collect()
 }
 
-/// Elements whose edges are not what was asked.
+/// Elements whose edges deviate from the requested rule. Both lists are sorted.
 #[derive(Default, Clone)]
-pub(super) struct Exempt {
-    /// Their edges are those of Eq. 8.
-    pub(super) plain: Vec<u32>,
-    /// Their edges are chords.
+pub(super) struct EdgeOverrides {
+    /// Elements with edges by Eq. 8 instead of edges that follow the CAD.
+    pub(super) eq8: Vec<u32>,
+    /// Elements with straight edges.
     pub(super) straight: Vec<u32>,
 }
 
-/// Where normals come from.
+/// Source of the normals.
 #[derive(Clone, Copy)]
 pub(super) enum Source<'a> {
+    /// The surfaces of a CAD model.
     Cad(&'a Model),
-    /// Those of a mesh without CAD, corner by corner.
-    Own(&'a NormalTable),
+    /// Normals at the corners of a mesh without CAD.
+    Mesh(&'a NormalTable),
 }
 
 impl<'a> Source<'a> {
-    pub(super) fn own(self) -> Option<&'a NormalTable> {
-        if let Source::Own(table) = self { Some(table) } else { None }
+    /// The normals of a mesh without CAD.
+    pub(super) fn mesh_normals(self) -> Option<&'a NormalTable> {
+        if let Source::Mesh(table) = self { Some(table) } else { None }
     }
 }
 
-/// What a conversion takes from CAD and mesh, whatever elements are exempt.
-pub(super) struct Ground<'a> {
+/// Data of a conversion that do not depend on the [`EdgeOverrides`].
+pub(super) struct Conversion<'a> {
     pub(super) source: Source<'a>,
     pub(super) mesh: &'a SurfaceMesh,
     pub(super) options: &'a ConvertOptions,
-    /// The model is turned round to look at the sheet.
+    /// True when the model is reversed to face the sheet.
     pub(super) turned: bool,
+    /// Unit normals, indexed by `corners`.
     pub(super) normals: Vec<Vec3>,
+    /// Vertices and normals of each patch, reversed where the model is.
     pub(super) corners: Vec<PatchCorners>,
+    /// Surface parameters of the vertices.
     pub(super) feet: normals::Feet,
-    /// Edges through the CAD, when first asked for.
-    pub(super) followed: OnceCell<edges::Followed>,
-    /// Closest points on the CAD.
+    /// Edges that follow the CAD, computed on first use.
+    pub(super) cad_edges: OnceCell<edges::CadEdges>,
+    /// Closest-point searches on the CAD; `None` for a mesh without CAD.
     searches: Option<Searches<'a>>,
 }
 
-impl<'a> Ground<'a> {
+impl<'a> Conversion<'a> {
+    /// Computes the normals and orients the patches.
     pub(super) fn new(
         source: Source<'a>,
         mesh: &'a SurfaceMesh,
         options: &'a ConvertOptions,
     ) -> Result<Self, ConvertError> {
-        let turned = looks_away(mesh, options.sheet_side);
+        let turned = faces_away(mesh, options.sheet_side);
         let turn = turned ^ options.flip;
         let (table, searches) = match source {
             Source::Cad(model) => {
                 let searches = Searches::new(model, mesh, SearchLimits::NAGATA);
                 let smooth = options.smooth_deg.to_radians();
-                (normals::table(model, mesh, smooth, &searches)?, Some(searches))
+                (normals::vertex_normals(model, mesh, smooth, &searches)?, Some(searches))
             }
-            Source::Own(table) => (table.clone(), None),
+            Source::Mesh(table) => (table.clone(), None),
         };
         let sign = if turn { -1.0 } else { 1.0 };
         let corners = mesh.elements.iter().zip(table.ids).map(|(element, mut normals)| {
@@ -99,32 +105,33 @@ impl<'a> Ground<'a> {
             corners: corners.collect(),
             normals: table.normals.iter().map(|n| n * sign).collect(),
             feet: table.feet,
-            followed: OnceCell::new(),
+            cad_edges: OnceCell::new(),
             searches,
         })
     }
 
-    fn followed(&self) -> &edges::Followed {
+    /// Edges that follow the CAD; none for a mesh without CAD.
+    fn cad_edges(&self) -> &edges::CadEdges {
         let Self { source, mesh, feet, corners, normals, .. } = self;
-        self.followed.get_or_init(|| match (source, &self.searches) {
+        self.cad_edges.get_or_init(|| match (source, &self.searches) {
             (Source::Cad(model), Some(searches)) => {
-                edges::follow(model, mesh, feet, (corners, normals), searches)
+                edges::edges_through_cad(model, mesh, feet, (corners, normals), searches)
             }
-            _ => edges::Followed::default(),
+            _ => edges::CadEdges::default(),
         })
     }
 
-    /// Converts; no edge of an `exempt` element follows the CAD.
+    /// Builds the tool model. No edge of an element in `overrides` follows the CAD.
     pub(super) fn convert(
         &self,
-        exempt: &Exempt,
+        overrides: &EdgeOverrides,
     ) -> Result<(ToolModel, ConvertReport), ConvertError> {
         let Self { options, corners, .. } = self;
         let mut report = ConvertReport { turned: self.turned, ..ConvertReport::default() };
-        let (choice, bent) = edge_choice(options, exempt, corners, || self.followed());
+        let (choice, bent) = edge_choice(options, overrides, corners, || self.cad_edges());
         report.bent = bent;
         self.searches.as_ref().map_or(Ok(()), Searches::check)?;
-        let chords = edges::straightened(corners, &exempt.straight);
+        let chords = edges::straight_edges(corners, &overrides.straight);
         let (vertices, normals) = (self.mesh.vertices.clone(), self.normals.clone());
         let (name, kind) = (options.name.clone(), options.kind);
         let (tool, straight) = build(name, kind, vertices, normals, corners.clone(), choice)?;
@@ -132,20 +139,21 @@ impl<'a> Ground<'a> {
         report.straight.extend(chords);
         report.creases = crease_count(&tool);
         if let Source::Cad(model) = self.source {
-            report.bare = bare(model, self.mesh);
+            report.bare = faces_without_elements(model, self.mesh);
         }
-        report.redone = exempt.plain.iter().chain(&exempt.straight).copied().collect();
-        report.folded = folded(&tool);
+        report.redone = overrides.eq8.iter().chain(&overrides.straight).copied().collect();
+        report.folded = folded_patches(&tool);
         Ok((tool, report))
     }
 }
 
-/// Curves of the edges, and those of them that leave their normals.
+/// Curves of the edges, and the edges among them that are not perpendicular to their normals. `cad_edges` is evaluated
+/// only with [`ConvertOptions::through_cad`].
 fn edge_choice<'f>(
     options: &ConvertOptions,
-    exempt: &Exempt,
+    overrides: &EdgeOverrides,
     corners: &[PatchCorners],
-    follow: impl FnOnce() -> &'f edges::Followed,
+    cad_edges: impl FnOnce() -> &'f edges::CadEdges,
 ) -> (EdgeChoice, Vec<StraightEdge>) {
     let mut choice = EdgeChoice::from(options.edges);
     let mut bent = Vec::new();
@@ -153,10 +161,10 @@ fn edge_choice<'f>(
         let some = elements.iter().map(|&k| corners[k as usize].clone());
         edge_ends(&some.collect::<Vec<PatchCorners>>())
     };
-    let (plain, chords) = (edges_of(&exempt.plain), edges_of(&exempt.straight));
+    let (eq8, chords) = (edges_of(&overrides.eq8), edges_of(&overrides.straight));
     if options.through_cad && options.kind == ToolKind::Nagata {
-        let found = follow();
-        let free = |v: &[u32; 2]| !plain.contains_key(v) && !chords.contains_key(v);
+        let found = cad_edges();
+        let free = |v: &[u32; 2]| !eq8.contains_key(v) && !chords.contains_key(v);
         choice.given = found.given.iter().filter(|g| free(&g.vertices)).copied().collect();
         bent = found.bent.iter().filter(|b| free(&b.vertices)).cloned().collect();
     }
@@ -165,8 +173,8 @@ fn edge_choice<'f>(
     (choice, bent)
 }
 
-/// Vector area of the mesh against the side the sheet is on.
-pub(super) fn looks_away(mesh: &SurfaceMesh, sheet_side: Option<Vec3>) -> bool {
+/// True when the vector area of the mesh points away from `sheet_side`; false without a side.
+pub(super) fn faces_away(mesh: &SurfaceMesh, sheet_side: Option<Vec3>) -> bool {
     let Some(side) = sheet_side else { return false };
     let (mut area, mut whole) = (Vec3::zeros(), 0.0);
     for e in &mesh.elements {
@@ -177,17 +185,18 @@ pub(super) fn looks_away(mesh: &SurfaceMesh, sheet_side: Option<Vec3>) -> bool {
             whole += part.norm();
         }
     }
-    // A closed solid has no vector area but rounding, and looks outwards.
+    // The vector area of a closed solid is zero to within rounding. Its normals point outwards and are kept.
     area.dot(&side) < -1e-9 * whole * side.norm()
 }
 
-/// Edges whose two patches do not share the normals at both ends.
+/// Number of edges whose patches have different normals at an end.
 pub(super) fn crease_count(tool: &ToolModel) -> usize {
     edge_ends(&tool.corners).values().filter(|pairs| pairs.len() > 1).count()
 }
 
-/// Patches whose parametrisation turns over at a corner or inside, against the blend of their corner normals.
-fn folded(tool: &ToolModel) -> Vec<u32> {
+/// Lists the folded patches: `(S_eta x S_zeta) . n < 0` at one of 5 x 5 points, where n is the blend of the corner
+/// normals. The comparison has a margin of 1e-9 relative to the lengths of the three vectors.
+fn folded_patches(tool: &ToolModel) -> Vec<u32> {
     let folds = |(patch, corners): (&Patch, &PatchCorners)| {
         let n = |k: usize| tool.normals[corners.normals[k] as usize];
         const STEPS: u32 = 4;

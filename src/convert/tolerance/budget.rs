@@ -1,6 +1,6 @@
 //! Work limit of a refinement, in patches made and audited. The count does not depend on the number of threads.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Work limit of the saving of patches: `SAVING_PATCHES_MAX + SAVING_PATCHES_PER_FACE * faces` evaluated patches. A
 /// search beyond it keeps its divisions. With a tenth of this limit, a ball with a hole takes 164 patches instead of
@@ -24,6 +24,8 @@ pub(super) struct Budget {
     completed: AtomicU64,
     /// Limit of the saving of patches.
     saving: u64,
+    /// An earlier search reached it.
+    limited: AtomicBool,
 }
 
 impl Budget {
@@ -39,11 +41,13 @@ impl Budget {
 
     /// Budget with this limit of the saving of patches.
     pub const fn new(saving: u64) -> Self {
-        Self { evaluated: AtomicU64::new(0), completed: AtomicU64::new(0), saving }
+        let (evaluated, completed) = (AtomicU64::new(0), AtomicU64::new(0));
+        Self { evaluated, completed, saving, limited: AtomicBool::new(false) }
     }
 
     /// Starts a search. Its limit of the saving counts its own patches only; earlier work counts for the total limit.
     pub fn start_search(&self) {
+        self.limited.fetch_or(!self.allows_saving(), Ordering::Relaxed);
         self.completed.fetch_add(self.evaluated.swap(0, Ordering::Relaxed), Ordering::Relaxed);
     }
 
@@ -77,6 +81,11 @@ impl Budget {
         self.evaluated() < self.saving
     }
 
+    /// True when no search has reached the limit of the saving.
+    pub fn has_saved_all(&self) -> bool {
+        self.allows_saving() && !self.limited.load(Ordering::Relaxed)
+    }
+
     /// True while the search has used less than an eighth of the limit of the saving.
     pub fn is_cheap(&self) -> bool {
         self.evaluated() < self.saving / 8
@@ -90,5 +99,23 @@ impl Budget {
     /// True when the search must end.
     pub fn is_exhausted(&self) -> bool {
         self.remaining() == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_that_an_earlier_search_reached_is_remembered() {
+        let budget = Budget::new(10);
+        budget.start_search();
+        budget.add_evaluated(9);
+        budget.start_search();
+        assert!(budget.allows_saving() && budget.has_saved_all());
+        budget.add_evaluated(10);
+        assert!(!budget.allows_saving() && !budget.has_saved_all());
+        budget.start_search();
+        assert!(budget.allows_saving() && !budget.has_saved_all());
     }
 }

@@ -302,7 +302,8 @@ impl IndependentFaces<'_> {
         let moved_mm = models.iter().fold(0.0f64, |m, f| m.max(f.refined.moved_mm));
         let slid_mm = models.iter().fold(0.0f64, |m, f| m.max(f.refined.slid_mm));
         let borders = Borders::Independent;
-        let found = Refined { tool, report, audit, moved_mm, slid_mm, borders, saved_all: true };
+        let saved_all = models.iter().all(|f| f.refined.saved_all);
+        let found = Refined { tool, report, audit, moved_mm, slid_mm, borders, saved_all };
         let above = faces_above_tolerance(&found.audit, goal);
         if above.is_empty() && folded_faces(&found).is_empty() {
             Ok(found)

@@ -82,7 +82,7 @@ pub fn to_tolerance(
     let limit = refined.as_ref().map_or(most, |found| found.tool.patches.len());
     let mut conforming = scope.uniform(goal, limit).map_or(refined, Ok);
     if let Ok(found) = &mut conforming {
-        found.saved_all = scope.budget.allows_saving();
+        found.saved_all = scope.budget.has_saved_all();
     }
     match goal.borders {
         Borders::Conforming => conforming,

@@ -234,7 +234,7 @@ impl Scope<'_> {
         let found = audit(&tool, self.reference, &audit_options)?;
         let (audit, borders) = (found.report.clone(), Borders::Conforming);
         let (moved_mm, slid_mm) = (0.0, 0.0);
-        let saved_all = true;
+        let saved_all = self.budget.has_saved_all();
         Ok((Refined { tool, report, audit, moved_mm, slid_mm, borders, saved_all }, found))
     }
 

@@ -7,17 +7,12 @@ use crate::solver::newton::cycling::MAX_STABILISED_ITERATIONS;
 use crate::solver::newton::outcome::{NewtonStats, Patience};
 use crate::solver::remedy::gave_up;
 use crate::solver::report::{Control, IncrementReport};
-use crate::solver::stage::branch::{Doubt, Found};
+use crate::solver::stage::branch::{BRANCH_STEP_FACTOR, Doubt, Found, LIMIT_POINT_STEP_RATIO};
 use crate::solver::stage::description::Stage;
 use crate::solver::stage::energy::{jumps, work_left_behind};
 use crate::solver::stage::start::{begin, let_go};
 use crate::solver::stage::state::{Simulation, UnderWay};
 use crate::solver::stage::step_size::{Endurance, Pace};
-
-/// Step over the first one of the stage below which a limit point is assumed, and distance beyond it, over the first
-/// step, at which the next equilibrium is computed.
-const LIMIT_POINT_STEP_RATIO: f64 = 0.02;
-const STEP_BEYOND_RATIO: f64 = 0.1;
 
 /// Attempts in which viscous stabilisation did not converge, after which it is not used: shorter steps have the same
 /// difficulty.
@@ -229,7 +224,7 @@ fn past_limit_point(
     lasting: bool,
 ) -> Option<NewtonStats> {
     let stage = &sim.stages[now.plan.stage];
-    let beyond = STEP_BEYOND_RATIO * stage.first();
+    let beyond = LIMIT_POINT_STEP_RATIO * BRANCH_STEP_FACTOR * stage.first();
     let pace = Pace::new(beyond, stage.largest_step, sim.limits.wanted_iterations);
     let near = (now.share + beyond).min(now.next_corner(&sim.stages));
     let lets_go = now.plan.lets_go(&sim.stages);

@@ -4,7 +4,7 @@ use super::convergence::{is_settled, record, size};
 use super::cycling::Stabiliser;
 use super::line_search;
 use super::outcome::{NewtonError, NewtonStats, Patience, Verdict};
-use super::record::{FULL_STEP_RESIDUAL, IterationRecord};
+use super::record::IterationRecord;
 use crate::geometry::Vec3;
 use crate::solver::active_set::active_set::{iterate_active_set, revise};
 use crate::solver::active_set::driven_tools::opposed;
@@ -12,6 +12,7 @@ use crate::solver::active_set::update::Pivoting;
 use crate::solver::assembly::ElementFailure;
 use crate::solver::assembly::Foresight;
 use crate::solver::limits::{ContactMethod, Limits};
+use crate::solver::numbers::tolerances::{ACCURACY_REL, NEAR_EQUILIBRIUM_REL, NEGLIGIBLE_REL};
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::{Residual, System};
 use crate::solver::tools::role::Role;
@@ -24,9 +25,6 @@ const STAGNANT_CORRECTIONS_MIN: usize = 2;
 /// Maximum iterations of an increment over those between two augmentations. Springs that are far too soft close no
 /// gap in any number of iterations.
 const ITERATIONS_RATIO_MAX: usize = 40;
-
-/// Gap at which the augmented Lagrangian iteration ends, over the thickness of the sheet.
-const AUGMENTED_GAP_REL: f64 = 1e-6;
 
 /// Solves the increment from the current iterate of `sys`; `history` receives a record of every iterate, also on
 /// failure. `foreseen`: length of the increment over the last one, if the iterate was extrapolated; the first
@@ -55,7 +53,7 @@ pub(in crate::solver) fn solve(
             _ if run.may_stabilise_stronger(sys) => run.stabilise(sys)?,
             _ => return Err(not_converged(run.stats.iterations, &record, residual.worst_node)),
         }
-        let full_step = record.residual < FULL_STEP_RESIDUAL;
+        let full_step = record.residual < NEAR_EQUILIBRIUM_REL;
         let (correction, solves) = match foreseen.take() {
             Some(factor) => first_iterate(sys, limits, factor, full_step)?,
             None => iterate(sys, limits, full_step)?,
@@ -115,7 +113,7 @@ impl Run {
         let changes = revise(sys, last, self.near_equilibrium, limits, &mut self.pivoting);
         let residual = sys.assemble();
         let record = record(sys, &residual, last, changes);
-        self.near_equilibrium = record.residual < 1e-3;
+        self.near_equilibrium = record.residual < NEGLIGIBLE_REL;
         self.stats.changes += changes;
         history.push(record);
         (record, residual)
@@ -273,7 +271,7 @@ fn not_converged(iterations: usize, last: &IterationRecord, node: usize) -> Newt
 /// Updates the multipliers of the augmented Lagrangian method while gaps are open; returns whether it did.
 fn augment(sys: &mut System, limits: &Limits) -> bool {
     let augmented = matches!(limits.contact, ContactMethod::Augmented { .. });
-    augmented && sys.augment(AUGMENTED_GAP_REL * sys.lengths.shortest_edge)
+    augmented && sys.augment(ACCURACY_REL * sys.lengths.shortest_edge)
 }
 
 /// Whether the residual is still comparable with the contact forces although corrections grew twice in succession or

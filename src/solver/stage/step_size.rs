@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::numbers::COUNT_MAX;
+use crate::solver::limits::easy_iterations;
 use crate::solver::newton::outcome::Patience;
 
 /// Maximum iterations of a viscous motion, initially and at least. Snap-throughs of released sheets take 31 to 45,
@@ -53,7 +54,7 @@ impl Pace {
     pub(in crate::solver) fn went_well(&mut self, iterations: usize) {
         let (n, wanted) = (iterations, self.wanted_iterations);
         let factor = match n {
-            n if 4 * n <= 3 * wanted => 1.5,
+            n if n <= easy_iterations(wanted) => 1.5,
             n if 4 * n <= 5 * wanted => 1.2,
             n if 2 * n <= 3 * wanted => 1.1,
             n if n <= 3 * wanted => 1.0,

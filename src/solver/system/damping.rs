@@ -5,39 +5,51 @@
 //! until that is forgotten. When the viscous forces are small compared with their maximum, an equilibrium without
 //! them is computed.
 
-/// Initial damper stiffness over that of the mesh: a step moves the sheet by about a thousand times the elastic
-/// displacement.
-const FIRST_STIFFNESS: f64 = 1e-3;
-/// Reduction factor of the stiffness after a converged step; squared after an easy one.
-const FALL: f64 = 4.0;
-/// Maximum iterations of an easy step, and of one after which the stiffness is reduced.
-const EASY_ITERATIONS: usize = 3;
-pub(in crate::solver) const GOOD_ITERATIONS: usize = 5;
-/// Minimum ratio of the next stiffness to the one that failed.
-const MARGIN: f64 = 2.0;
-/// Viscous force over its maximum at which an equilibrium without viscous forces is tried.
-const RELEASE_FORCE_RATIO: f64 = 1e-2;
+use crate::solver::limits::easy_iterations;
+use crate::solver::numbers::tolerances::NEAR_EQUILIBRIUM_REL;
 
-/// Parameters of the controller, by use.
+/// Initial damper stiffness over that of the mesh: a step moves the sheet by about a thousand times the elastic
+/// displacement. With less the first step fails, with more it costs a step for every reduction.
+const FIRST_STIFFNESS: f64 = 1e-3;
+/// Factor between levels of the stiffness. A converged step reduces it by two levels (an easy one by four), a failed
+/// one raises it by two or three, and one level above a stiffness that failed is its lower bound for the next step. A
+/// larger factor would step over the range in which steps converge, a smaller one needs more steps.
+pub(in crate::solver) const STIFFNESS_FACTOR: f64 = 2.0;
+/// Viscous force over that at the last failed release at which release is tried again after active-set cycling. A
+/// failed attempt costs more than a step; every step reduces the force by up to a factor of sixteen.
+const RELEASE_AGAIN_RATIO: f64 = 0.1;
+
+/// Differences between the uses of the controller.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::solver) struct Rules {
-    /// Factor of the stiffness after a failed step.
-    rise: f64,
-    /// Factor, in each step, of the lower bound due to failed steps.
-    memory: f64,
-    /// Every converged step counts as easy, as after active-set cycling.
-    all_easy: bool,
-    /// Ratio of the viscous force to that at the last failed release, at which release is tried again; `None`: after
-    /// every step.
-    release_again: Option<f64>,
+    /// Levels of [`STIFFNESS_FACTOR`] by which a failed step raises the stiffness.
+    rise: i32,
+    /// Target number of iterations of a step; `None`: every converged step counts as easy.
+    wanted: Option<usize>,
+    /// Release is tried after every step with a small viscous force, even if the last attempt failed.
+    always_release: bool,
 }
 
-/// Active-set cycling: a step that fails cycles again, but seldom with far more stiffness.
-pub(in crate::solver) const CYCLING: Rules =
-    Rules { rise: 8.0, memory: 0.7, all_easy: true, release_again: Some(0.1) };
-/// Past a limit point.
-pub(in crate::solver) const LIMIT_POINT: Rules =
-    Rules { rise: 4.0, memory: 0.5, all_easy: false, release_again: None };
+impl Rules {
+    /// Active-set cycling: a step that fails cycles again, but seldom with far more stiffness.
+    pub(in crate::solver) const CYCLING: Self =
+        Self { rise: 3, wanted: None, always_release: false };
+
+    /// Past a limit point, with this target number of iterations of a step.
+    pub(in crate::solver) fn limit_point(wanted: usize) -> Self {
+        Self { rise: 2, wanted: Some(wanted), always_release: true }
+    }
+
+    /// Factor of the stiffness after a converged step: an easy step took at most half the target number of iterations.
+    fn fall(self, iterations: usize) -> f64 {
+        let levels = match self.wanted {
+            Some(wanted) if iterations > easy_iterations(wanted) => 0,
+            Some(wanted) if 2 * iterations > wanted => 2,
+            _ => 4,
+        };
+        STIFFNESS_FACTOR.powi(-levels)
+    }
+}
 
 /// Controller of the viscous stiffness.
 #[derive(Debug, Clone)]
@@ -64,21 +76,17 @@ impl Continuation {
 
     /// Registers a failed step.
     pub(in crate::solver) fn failed(&mut self) {
-        self.floor = MARGIN * self.stiffness;
-        self.stiffness *= self.rules.rise;
+        self.floor = STIFFNESS_FACTOR * self.stiffness;
+        self.stiffness *= STIFFNESS_FACTOR.powi(self.rules.rise);
     }
 
     /// Registers a converged step with this norm of the viscous forces [N].
     pub(in crate::solver) fn converged(&mut self, iterations: usize, force: f64) {
-        let less = match iterations {
-            n if n <= EASY_ITERATIONS || self.rules.all_easy => FALL * FALL,
-            n if n <= GOOD_ITERATIONS => FALL,
-            _ => 1.0,
-        };
-        self.stiffness = (self.stiffness / less).max(self.floor).max(self.least);
-        self.floor *= self.rules.memory;
+        let less = self.stiffness * self.rules.fall(iterations);
+        self.stiffness = less.max(self.floor).max(self.least);
+        self.floor /= STIFFNESS_FACTOR;
         self.force = force;
-        self.release = self.release.max(RELEASE_FORCE_RATIO * force);
+        self.release = self.release.max(NEAR_EQUILIBRIUM_REL * force);
     }
 
     /// Whether an equilibrium without viscous forces should be tried.
@@ -88,8 +96,8 @@ impl Continuation {
 
     /// Registers that no equilibrium without viscous forces was found.
     pub(in crate::solver) fn release_failed(&mut self) {
-        if let Some(ratio) = self.rules.release_again {
-            self.release = ratio * self.force;
+        if !self.rules.always_release {
+            self.release = RELEASE_AGAIN_RATIO * self.force;
         }
     }
 }
@@ -100,7 +108,7 @@ mod tests {
 
     #[test]
     fn stiffness_falls_while_steps_converge_and_stays_above_what_failed() {
-        let mut control = Continuation::new(LIMIT_POINT, None);
+        let mut control = Continuation::new(Rules::limit_point(7), None);
         control.converged(3, 100.0);
         assert_eq!(control.stiffness, FIRST_STIFFNESS / 16.0);
         control.failed();
@@ -119,11 +127,11 @@ mod tests {
 
     #[test]
     fn out_of_cycling_release_is_tried_again_at_a_tenth_of_the_force() {
-        let mut control = Continuation::new(CYCLING, None);
+        let mut control = Continuation::new(Rules::CYCLING, None);
         control.failed();
         assert_eq!(control.stiffness, 8.0 * FIRST_STIFFNESS);
         control.converged(20, 100.0);
-        assert_eq!(control.stiffness, MARGIN * FIRST_STIFFNESS);
+        assert_eq!(control.stiffness, STIFFNESS_FACTOR * FIRST_STIFFNESS);
         control.converged(20, 1.0);
         assert!(control.may_release());
         control.release_failed();
@@ -134,7 +142,7 @@ mod tests {
 
     #[test]
     fn a_pushed_sheet_keeps_the_stiffness_that_it_needs() {
-        let mut control = Continuation::new(LIMIT_POINT, Some(0.02));
+        let mut control = Continuation::new(Rules::limit_point(7), Some(0.02));
         (0..5).for_each(|_| control.converged(1, 1.0));
         assert_eq!(control.stiffness, 0.02);
     }

@@ -9,14 +9,12 @@ use super::damper::shares;
 use super::system::System;
 use crate::geometry::Vec3;
 use crate::solver::linear::pattern::Pattern;
+use crate::solver::numbers::tolerances::{NEGLIGIBLE_REL, ROUNDING_REL};
 use crate::solver::sheet::rigid_motions::take_free_motions;
 
 /// Dimension of the subspace, and number of inverse iterations.
 const SUBSPACE_SIZE: usize = 4;
 const INVERSE_ITERATIONS: usize = 8;
-
-/// Initial exponent of ten of the shift that makes the matrix positive definite, over the stiffness of the mesh.
-const SHIFT_EXPONENT_MIN: i32 = -10;
 
 /// Ratio of the right-hand sides to those that preserve the length of the motions. Solutions far larger than the
 /// sheet are rejected.
@@ -27,9 +25,6 @@ const PUSH_DISPLACEMENT_REL: f64 = 0.01;
 
 /// Minimum fraction of deformation in a motion that is not rigid (half a wave has 0.19).
 const BENDING_SHARE_MIN: f64 = 0.1;
-
-/// Ratio to the largest component of the mode above which components count as equal.
-const EQUAL_COMPONENT_RATIO: f64 = 0.999;
 
 /// Perturbation along the softest motion.
 #[derive(Debug, Clone)]
@@ -119,10 +114,10 @@ impl System {
     }
 
     /// Adds the masses to the matrix, times the smallest power of ten of a stiffness [N/mm] for which it is positive
-    /// definite. Inverse iteration then converges to the softest motion.
+    /// definite, from rounding on. Inverse iteration then converges to the softest motion.
     fn make_definite(&mut self, masses: &[f64]) -> Option<f64> {
         let mut shift = 0.0;
-        for power in SHIFT_EXPONENT_MIN..=0 {
+        for power in ROUNDING_REL.log10().round() as i32..=0 {
             let more = self.scales.normal * 10f64.powi(power) - shift;
             let pattern = self.body.pattern();
             for unknown in 0..pattern.dim() {
@@ -141,7 +136,7 @@ impl System {
         let largest = largest_of(&mode);
         let mut ways = mode.chunks_exact(3).map(Vec3::from_column_slice);
         let first =
-            ways.position(|way| way.norm() > EQUAL_COMPONENT_RATIO * largest).unwrap_or_default();
+            ways.position(|way| way.norm() > (1.0 - NEGLIGIBLE_REL) * largest).unwrap_or_default();
         let up = self.across(first).dot(&Vec3::from_column_slice(&mode[3 * first..3 * first + 3]));
         let way = PUSH_DISPLACEMENT_REL * self.body.mesh().mean_thickness();
         let factor = if up < 0.0 { -1.0 } else { 1.0 } * way * stiffness / largest;

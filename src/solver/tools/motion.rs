@@ -1,5 +1,7 @@
 //! Motions of tools over a stage.
 
+use crate::solver::numbers::tolerances::NEGLIGIBLE_REL;
+
 /// Piecewise linear curve over the fraction of the time of a stage, 0 to 1; constant beyond its ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
@@ -50,12 +52,11 @@ impl Curve {
         if self.points.is_empty() { [0.0; 2] } else { all }
     }
 
-    /// Fractions inside the stage at which the slope of the curve changes. Points within a tolerance of a straight
-    /// line, as in a dense table of a smooth curve, are not corners.
+    /// Fractions inside the stage at which the slope of the curve changes. Points within [`NEGLIGIBLE_REL`] of
+    /// the extent of the curve from a straight line, as in a dense table of a smooth curve, are not corners.
     pub(in crate::solver) fn corners(&self) -> Vec<f64> {
-        const CORNER_TOLERANCE_REL: f64 = 1e-3;
         let [low, high] = self.extent();
-        let tolerance = CORNER_TOLERANCE_REL * (high - low);
+        let tolerance = NEGLIGIBLE_REL * (high - low);
         let mut out = Vec::new();
         let mut points = self.points.iter();
         let Some(mut from) = points.next() else { return out };

@@ -4,11 +4,8 @@
 //! at once. If the number of wrong pairs no longer decreases, only the worst of them are changed (block principal
 //! pivoting, Judice & Pires 1994), which ends active-set cycling of large blocks.
 
-use crate::solver::numbers::tolerances::NEGLIGIBLE_REL;
+use crate::solver::numbers::tolerances::{NEGLIGIBLE_REL, ROUNDING_REL};
 use crate::solver::tools::stop::Stop;
-
-/// Relative excess of the force of a tool over the required one at which it leaves its stop.
-const PUSH_TOLERANCE_REL: f64 = 1e-9;
 
 /// Iterations without a decrease of the number of wrong pairs before only a part of them is changed.
 const FULL_BLOCK_UPDATES_MAX: usize = 4;
@@ -165,7 +162,7 @@ fn crest_nodes<I: Iterator<Item = usize>>(
 fn changed_stops(tools: &[StoppedTool], rounding: f64) -> Vec<(usize, bool)> {
     let changed = |t: &StoppedTool| {
         let now = if t.stop.reached {
-            t.push - t.required <= PUSH_TOLERANCE_REL * t.required.abs()
+            t.push - t.required <= ROUNDING_REL * t.required.abs()
         } else {
             t.travel > t.stop.at + rounding
         };

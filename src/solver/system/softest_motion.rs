@@ -16,10 +16,6 @@ use crate::solver::sheet::rigid_motions::take_free_motions;
 const SUBSPACE_SIZE: usize = 4;
 const INVERSE_ITERATIONS: usize = 8;
 
-/// Ratio of the right-hand sides to those that preserve the length of the motions. Solutions far larger than the
-/// sheet are rejected.
-const RHS_RATIO: f64 = 1e-6;
-
 /// Largest nodal displacement of the perturbation over the thickness.
 const PUSH_DISPLACEMENT_REL: f64 = 0.01;
 
@@ -104,7 +100,9 @@ impl System {
         let mut motions: Vec<Vec<f64>> =
             (0..SUBSPACE_SIZE).map(|seed| disorder(self.u.len(), seed as u64)).collect();
         for _ in 0..INVERSE_ITERATIONS {
-            motions.iter_mut().for_each(|motion| weigh(motion, &masses, RHS_RATIO * shift));
+            // Solutions far larger than the sheet are rejected as those of a singular matrix. Scaled by machine precision,
+            // none is, however small the lowest eigenvalue.
+            motions.iter_mut().for_each(|motion| weigh(motion, &masses, f64::EPSILON * shift));
             self.solver.solve_symmetric(&self.matrix.values, &mut motions).ok()?;
             orthonormalise(&mut motions, &masses);
         }

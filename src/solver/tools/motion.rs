@@ -81,12 +81,17 @@ impl Curve {
         out
     }
 
-    /// One-sided slopes just before and just after `fraction`.
+    /// Slopes of the lines that end and begin at `fraction`; both are that of the line around it if it is no point of
+    /// the curve.
     pub(in crate::solver) fn rates(&self, fraction: f64) -> [f64; 2] {
-        const RATE_STEP: f64 = 1e-6;
-        let now = self.at(fraction);
-        [now - self.at(fraction - RATE_STEP), self.at(fraction + RATE_STEP) - now]
-            .map(|change| change / RATE_STEP)
+        let ends = [
+            self.points.partition_point(|p| p.0 < fraction),
+            self.points.partition_point(|p| p.0 <= fraction),
+        ];
+        ends.map(|end| match (end.checked_sub(1).map(|k| self.points[k]), self.points.get(end)) {
+            (Some((t0, v0)), Some(&(t1, v1))) => (v1 - v0) / (t1 - t0),
+            _ => 0.0,
+        })
     }
 
     /// Value at `fraction` of the stage.
@@ -150,6 +155,10 @@ mod tests {
         assert_eq!(Curve::new(vec![]).at(0.3), 0.0);
         assert_eq!(Curve::to(4.0).starting_at(2.0), Curve::ramp(2.0, 4.0));
         assert_eq!(c.starting_at(2.0), c);
+        let rates = [0.0, 0.25, 0.5, 1.0].map(|fraction| Curve::ramp(1.0, 3.0).rates(fraction));
+        assert_eq!(rates, [[0.0, 2.0], [2.0, 2.0], [2.0, 2.0], [2.0, 0.0]]);
+        let bent = Curve::new(vec![(0.0, 0.0), (0.5, 1.0), (1.0, -1.0)]);
+        assert_eq!(bent.rates(0.5), [2.0, -4.0]);
     }
 
     #[test]

@@ -22,8 +22,6 @@ const SAMPLED_RADIUS_REL: f64 = 2.0;
 /// the largest sampled radius. Samples find the depth of an arc to 0.2 % of its radius; half the spacing needs up to
 /// four times as many points.
 const SAMPLE_SPACING_REL: f64 = 0.25;
-/// Cosine of the angle between the normals of two patches below which their common side is an edge (1 degree).
-const EDGE_NORMAL_COS: f64 = 0.9998;
 /// Maximum number of samples of a tool, 48 bytes each; beyond, the spacing is increased.
 const SAMPLES_MAX: f64 = 5e5;
 
@@ -100,17 +98,22 @@ fn sharp_sides(patches: &[Patch], searchable: &[bool], bounds: Aabb) -> Vec<[boo
     }
     let mut out = vec![[false; 4]; patches.len()];
     for sides in found.values() {
-        let smooth = sides.len() == 2 && sides[0].2.dot(&sides[1].2) > EDGE_NORMAL_COS;
+        let smooth = sides.len() == 2 && sides[0].2.dot(&sides[1].2) > sample_angle().cos();
         sides.iter().for_each(|(patch, side, _)| out[*patch][*side] = !smooth);
     }
     out
 }
 
+/// Largest angle between the normals of two samples, and between those of two patches whose common side is no edge
+/// [rad]: that of the spacing on the largest sampled radius.
+fn sample_angle() -> f64 {
+    SAMPLE_SPACING_REL / SAMPLED_RADIUS_REL
+}
+
 /// Number of sampling intervals for a line of the given length and rotation of the normal.
 fn steps(length: f64, rotation: f64, longest_edge: f64) -> f64 {
-    let angle_max = SAMPLE_SPACING_REL / SAMPLED_RADIUS_REL;
     (length / (SAMPLE_SPACING_REL * longest_edge))
-        .max(rotation / angle_max)
+        .max(rotation / sample_angle())
         .ceil()
         .clamp(1.0, SAMPLES_MAX)
 }

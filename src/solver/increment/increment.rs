@@ -3,7 +3,6 @@
 use super::attempt::{accept, attempt, lay_down, restore};
 use super::limit_point::relax;
 use crate::solver::error::SimulationError;
-use crate::solver::newton::cycling::MAX_STABILISED_ITERATIONS;
 use crate::solver::newton::outcome::{NewtonStats, Patience};
 use crate::solver::remedy::gave_up;
 use crate::solver::report::{Control, IncrementReport};
@@ -13,10 +12,7 @@ use crate::solver::stage::energy::{jumps, work_left_behind};
 use crate::solver::stage::start::{begin, let_go};
 use crate::solver::stage::state::{Simulation, UnderWay};
 use crate::solver::stage::step_size::{Endurance, Pace};
-
-/// Attempts in which viscous stabilisation did not converge, after which it is not used: shorter steps have the same
-/// difficulty.
-const MAX_STABILISED_ATTEMPTS: usize = 2;
+use crate::solver::system::damping::CONTINUATION_ITERATIONS_MAX;
 
 /// Computes one increment and starts the next stage when one has ended; returns false when all stages are done.
 pub(in crate::solver) fn advance(
@@ -59,8 +55,8 @@ pub(in crate::solver) fn advance(
 struct Tried {
     /// The sheet was followed past a limit point.
     followed: bool,
-    /// Attempts in which viscous stabilisation did not converge.
-    lost: usize,
+    /// Viscous stabilisation did not converge. It is not used again: shorter steps have the same difficulty.
+    lost: bool,
     /// Step-size control at the first equilibrium that was unstable or reached by a snap-through.
     doubted: Option<Pace>,
 }
@@ -85,7 +81,7 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
         }
         let (target, patience) = now.next(&sim.stages);
         let all = Patience::UpTo(sim.limits.iterations);
-        let patience = if tried.lost < MAX_STABILISED_ATTEMPTS { patience } else { all };
+        let patience = if tried.lost { all } else { patience };
         let (refused, error) = match attempt_and_judge(sim, now, &tried, target, patience)? {
             Attempt::Accepted(stats) => return Ok(stats),
             Attempt::Refused(found) => (Some(found), None),
@@ -175,7 +171,7 @@ fn try_again(
     target: f64,
     refused: Option<&Found>,
 ) -> Option<NewtonStats> {
-    tried.lost += usize::from(sim.history.len() > MAX_STABILISED_ITERATIONS);
+    tried.lost |= sim.history.len() > CONTINUATION_ITERATIONS_MAX;
     if refused.is_some() {
         tried.doubted.get_or_insert_with(|| now.pace.clone());
     }
@@ -232,7 +228,7 @@ fn past_limit_point(
     for (from, target) in ways.into_iter().flatten() {
         sim.history.clear();
         let found = relax(sim, &now.plan, (from, target), &now.endurance, lasting);
-        now.endurance = now.endurance.after(found.is_ok());
+        now.endurance = now.endurance.after(found.is_ok(), sim.limits.iterations);
         if let Ok((stats, lasts)) = found {
             now.doubt.took(Found { lasts, near: true });
             now.share = target;

@@ -9,7 +9,7 @@
 use super::attempt::{accept, attempt, restore};
 use crate::geometry::{Aabb, Vec3};
 use crate::solver::element::Want;
-use crate::solver::limits::easy_iterations;
+use crate::solver::limits::{Limits, easy_iterations};
 use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
 use crate::solver::numbers::tolerances::NEGLIGIBLE_REL;
 use crate::solver::stage::energy::jumps;
@@ -19,20 +19,9 @@ use crate::solver::stage::step_size::Endurance;
 use crate::solver::system::damper::Damper;
 use crate::solver::system::damping::{Continuation, Rules, STIFFNESS_FACTOR};
 use crate::solver::system::regime::Stabilisation;
-use crate::solver::system::softest_motion::Push;
+use crate::solver::system::softest_motion::{Push, SUBSPACE_SIZE};
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
-
-/// Maximum iterations of a step.
-const MAX_STEP_ITERATIONS: usize = 12;
-/// Damping force over the last internal force above which a continuation step is rejected: advancing tools would work
-/// against the dampers and dent the sheet.
-const DAMPING_FORCE_RATIO_MAX: f64 = 2.0;
-/// Damping over the stiffness of the mesh at which a step hardly moves any node; failure at this value is not due to
-/// the damping.
-const MAX_STIFFNESS: f64 = 100.0;
-/// Maximum number of successive perturbations, for an equilibrium that is unstable in several motions.
-const MAX_PUSHES: usize = 3;
 
 /// Follows the sheet from the last equilibrium to the next one at the fraction `target` of the stage, at any
 /// distance. Also returns whether it is stable, as required with `lasting`. `from` is the fraction of the last
@@ -114,7 +103,8 @@ fn buckle(
     iterations: usize,
 ) -> Result<NewtonStats, NewtonError> {
     let mut total = NewtonStats::default();
-    for _ in 0..MAX_PUSHES {
+    // One perturbation for each motion that is computed: equilibrium may be unstable in several.
+    for _ in 0..SUBSPACE_SIZE {
         sim.sys.evaluate_at_yield()?;
         let push = sim.sys.push();
         sim.sys.evaluate(Want::ResidualAndTangent)?;
@@ -139,10 +129,10 @@ fn follow(
     iterations: usize,
     push: Option<&Push>,
 ) -> Result<NewtonStats, NewtonError> {
-    let mut motion = DampedMotion::new(&sim.sys, sim.limits.wanted_iterations, push);
+    let mut motion = DampedMotion::new(&sim.sys, &sim.limits, push);
     let origin = Origin::of(&sim.committed);
     let mut last = f64::NAN;
-    while sim.history.len() < iterations && motion.control.stiffness <= MAX_STIFFNESS {
+    while sim.history.len() < iterations && !motion.control.is_stiffest() {
         // If the last step had the same damping, its motion is extrapolated.
         if motion.control.stiffness != last {
             sim.committed.forget_last();
@@ -172,8 +162,8 @@ fn follow(
 /// State of a viscous motion.
 struct DampedMotion {
     control: Continuation,
-    /// Target number of iterations of an increment.
-    wanted: usize,
+    /// Limits of an increment.
+    limits: Limits,
     /// Statistics of the converged steps.
     stats: NewtonStats,
     /// Largest damping force at the end of a step [N].
@@ -183,12 +173,18 @@ struct DampedMotion {
 }
 
 impl DampedMotion {
-    fn new(sys: &System, wanted: usize, push: Option<&Push>) -> Self {
+    fn new(sys: &System, limits: &Limits, push: Option<&Push>) -> Self {
         // At the stiffness of the perturbation it neither grows nor decays; below, the sheet would move in the opposite
         // direction.
         let least = push.map(|push| STIFFNESS_FACTOR * push.stiffness / sys.scales.tangential);
-        let control = Continuation::new(Rules::limit_point(wanted), least);
-        Self { control, wanted, stats: NewtonStats::default(), largest: 0.0, lost: 0 }
+        let control = Continuation::new(Rules::limit_point(limits.wanted_iterations), least);
+        Self {
+            control,
+            limits: limits.clone(),
+            stats: NewtonStats::default(),
+            largest: 0.0,
+            lost: 0,
+        }
     }
 
     /// Registers a converged step with the remaining damping force `force` [N].
@@ -209,7 +205,11 @@ impl DampedMotion {
     /// one the motion leads to.
     fn iterations_to_rest(&self, force: f64) -> Option<usize> {
         let over = force <= NEGLIGIBLE_REL * self.largest;
-        let most = if over { MAX_STEP_ITERATIONS } else { easy_iterations(self.wanted) };
+        let most = if over {
+            self.limits.iterations
+        } else {
+            easy_iterations(self.limits.wanted_iterations)
+        };
         self.control.may_release().then_some(most)
     }
 
@@ -234,11 +234,10 @@ impl Origin {
         Self { carried, travels: committed.travels.clone(), u: committed.u.clone() }
     }
 
-    /// Whether the motion leads to no equilibrium: tools advance against dampers with the force `damping` [N], or the
-    /// sheet moves away.
+    /// Whether the motion leads to no equilibrium: the sheet moves away, or tools advance and the force `damping` [N] of
+    /// the dampers exceeds what the sheet carried. Such tools work against the dampers and dent the sheet.
     fn is_lost(&self, sys: &System, damping: f64) -> bool {
-        damping > DAMPING_FORCE_RATIO_MAX * self.carried && goes_ahead(sys, &self.travels)
-            || is_far(sys, &self.u)
+        damping > self.carried && goes_ahead(sys, &self.travels) || is_far(sys, &self.u)
     }
 }
 
@@ -275,7 +274,7 @@ fn step(
     let damper = Damper::new(&sim.sys.body, &sim.sys.u, stiffness);
     let push = push.map(|push| push.forces.clone());
     sim.sys.regime.stabilisation = Stabilisation::Continuation { damper: damper.clone(), push };
-    let found = attempt(sim, plan, [target - 1.0, target], Patience::UpTo(MAX_STEP_ITERATIONS));
+    let found = attempt(sim, plan, [target - 1.0, target], Patience::UpTo(sim.limits.iterations));
     let stats = found.inspect_err(|_| restore(sim))?;
     let sys = &mut sim.sys;
     sys.regime.release();

@@ -13,13 +13,11 @@ use crate::solver::assembly::ElementFailure;
 use crate::solver::element::Want;
 use crate::solver::numbers::tolerances::{NEAR_EQUILIBRIUM_REL, ROUNDING_REL};
 use crate::solver::system::damper::Damper;
-use crate::solver::system::damping::{Continuation, Rules};
+use crate::solver::system::damping::{CONTINUATION_ITERATIONS_MAX, Continuation, Rules};
 use crate::solver::system::system::System;
 
 /// Ratio of the residuals of two iterates with the same active set below which they do not form a cycle.
 const CYCLE_RESIDUAL_RATIO_MIN: f64 = 0.3;
-/// Maximum iterations with viscous forces in an increment.
-pub(in crate::solver) const MAX_STABILISED_ITERATIONS: usize = 400;
 
 /// Detects cycling and controls viscous stabilisation in one increment.
 #[derive(Debug, Default)]
@@ -54,8 +52,9 @@ impl Stabiliser {
 
     /// Whether viscous forces may be set or set again after `iterations`.
     pub(in crate::solver) fn may_stabilise(&self, iterations: usize) -> bool {
-        self.first_iteration
-            .is_none_or(|first_iteration| iterations < first_iteration + MAX_STABILISED_ITERATIONS)
+        self.first_iteration.is_none_or(|first_iteration| {
+            iterations < first_iteration + CONTINUATION_ITERATIONS_MAX
+        })
     }
 
     /// Whether viscous forces were set in this increment.

@@ -14,6 +14,7 @@ use crate::solver::assembly::Foresight;
 use crate::solver::limits::{ContactMethod, Limits};
 use crate::solver::numbers::tolerances::{ACCURACY_REL, NEAR_EQUILIBRIUM_REL, NEGLIGIBLE_REL};
 use crate::solver::system::correction::Correction;
+use crate::solver::system::damping::CONTINUATION_ITERATIONS_MAX;
 use crate::solver::system::system::{Residual, System};
 use crate::solver::tools::role::Role;
 use crate::solver::tools::way::FACING_COS_MIN;
@@ -21,10 +22,6 @@ use crate::solver::tools::way::FACING_COS_MIN;
 /// Consecutive corrections that do not halve after which the iteration is limited by rounding. A single one may be
 /// due to the onset of stick or yielding of a node.
 const STAGNANT_CORRECTIONS_MIN: usize = 2;
-
-/// Maximum iterations of an increment over those between two augmentations. Springs that are far too soft close no
-/// gap in any number of iterations.
-const ITERATIONS_RATIO_MAX: usize = 40;
 
 /// Solves the increment from the current iterate of `sys`; `history` receives a record of every iterate, also on
 /// failure. `foreseen`: length of the increment over the last one, if the iterate was extrapolated; the first
@@ -136,8 +133,9 @@ impl Run {
         if !residual.force.is_finite() || !residual.length.is_finite() {
             return Verdict::Diverging;
         }
+        // Springs that are far too soft close no gap in any number of augmentations.
         let spent = iterations - self.before >= self.allowed
-            || iterations >= ITERATIONS_RATIO_MAX * self.allowed;
+            || iterations >= CONTINUATION_ITERATIONS_MAX.max(self.allowed);
         if spent { Verdict::Exhausted } else { Verdict::Continue }
     }
 

@@ -39,7 +39,7 @@ impl ContactWork {
             let friction = 0.5 * (before.tangential() + now.tangential()).dot(&slip);
             sum.friction += friction;
             let along = tangential(&before, now, &slip);
-            if along > SLIDING_SLIP_RATIO * sys.lengths.transition {
+            if along > COULOMB_SLIP_RATIO * sys.lengths.transition {
                 let mean = 0.5 * (before.normal().norm() + now.normal().norm());
                 sum.turned -= along * sys.law(c.tool).mu * mean + friction;
             }
@@ -51,9 +51,6 @@ impl ContactWork {
         sum
     }
 }
-
-/// Slip over the friction transition above which a node slides.
-const SLIDING_SLIP_RATIO: f64 = 10.0 * COULOMB_SLIP_RATIO;
 
 /// Tangential part of a slip; the normal is that of the forces at both ends, or at one.
 fn tangential(before: &Force, now: &Force, slip: &Vec3) -> f64 {

@@ -13,7 +13,7 @@ use crate::solver::numbers::tolerances::{NEGLIGIBLE_REL, ROUNDING_REL};
 use crate::solver::sheet::rigid_motions::take_free_motions;
 
 /// Dimension of the subspace, and number of inverse iterations.
-const SUBSPACE_SIZE: usize = 4;
+pub(in crate::solver) const SUBSPACE_SIZE: usize = 4;
 const INVERSE_ITERATIONS: usize = 8;
 
 /// Largest nodal displacement of the perturbation over the thickness.

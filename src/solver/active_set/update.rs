@@ -2,15 +2,10 @@
 //!
 //! Primal-dual active set method with blocks: all pairs in tension are released and all penetrating nodes are added
 //! at once. If the number of wrong pairs no longer decreases, only the worst of them are changed (block principal
-//! pivoting, Judice & Pires 1994), which ends active-set cycling of large blocks.
+//! pivoting, Judice & Pires 1994): fewer with every update without a decrease, down to one, which ends cycling.
 
-use crate::solver::numbers::tolerances::{NEGLIGIBLE_REL, ROUNDING_REL};
+use crate::solver::numbers::tolerances::{NEGLIGIBLE_REL, REPETITIONS_MAX, ROUNDING_REL};
 use crate::solver::tools::stop::Stop;
-
-/// Iterations without a decrease of the number of wrong pairs before only a part of them is changed.
-const FULL_BLOCK_UPDATES_MAX: usize = 4;
-/// Smallest part of the wrong pairs changed at once, as its inverse.
-const BLOCK_DIVISOR_MAX: usize = 6;
 
 /// Predicted state of pairs and tools. Pairs are indices of candidates, in ascending order.
 #[derive(Debug, Default)]
@@ -91,11 +86,7 @@ impl Pivoting {
 
     /// Number of `wrong` pairs (of one kind) to change.
     fn block_size(&self, wrong: usize) -> usize {
-        if self.since <= FULL_BLOCK_UPDATES_MAX {
-            wrong
-        } else {
-            wrong.div_ceil(self.since.min(BLOCK_DIVISOR_MAX))
-        }
+        if self.since <= REPETITIONS_MAX { wrong } else { wrong.div_ceil(self.since) }
     }
 
     /// Registers the number of wrong pairs; returns whether the active set cycles and blocks are reduced.
@@ -105,7 +96,7 @@ impl Pivoting {
         } else if wrong > 0 {
             self.since += 1;
         }
-        wrong > 0 && self.since > FULL_BLOCK_UPDATES_MAX
+        wrong > 0 && self.since > REPETITIONS_MAX
     }
 }
 
@@ -226,7 +217,7 @@ mod tests {
     #[test]
     fn blocks_that_cycle_are_cut_down() {
         let mut pivoting = Pivoting::new();
-        for _ in 0..=FULL_BLOCK_UPDATES_MAX {
+        for _ in 0..=REPETITIONS_MAX {
             assert!(!pivoting.register(12));
             assert_eq!(pivoting.block_size(12), 12);
         }

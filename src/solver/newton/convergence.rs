@@ -34,14 +34,13 @@ fn is_rounding(
     last: Option<&Correction>,
     stagnates: bool,
 ) -> bool {
-    const ROUNDING_FACTOR: f64 = 4.0;
-    let position_rounding =
-        ROUNDING_FACTOR * f64::EPSILON * sys.lengths.farthest * (sys.u.len() as f64).sqrt();
+    let rounding_of_residual = sys.rounding_of_forces() * (sys.u.len() as f64).sqrt();
+    let position_rounding = rounding_of_residual / sys.scales.normal;
     let is_small = |c: &Correction| {
         size(c) <= position_rounding
             || (stagnates && largest_move(c) <= NEGLIGIBLE_REL * sys.lengths.shortest_edge)
     };
-    residual_force <= sys.scales.normal * position_rounding && last.is_some_and(is_small)
+    residual_force <= rounding_of_residual && last.is_some_and(is_small)
 }
 
 /// Largest nodal displacement of a correction [mm].

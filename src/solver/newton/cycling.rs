@@ -8,16 +8,13 @@
 //! the iterate make the unstable direction stable. About each viscous equilibrium the next one is computed with
 //! weaker forces, until they are removed. Only an equilibrium without viscous forces is accepted.
 
-use super::record::IterationRecord;
+use super::record::{IterationRecord, STAGNATION_RATIO};
 use crate::solver::assembly::ElementFailure;
 use crate::solver::element::Want;
 use crate::solver::numbers::tolerances::{NEAR_EQUILIBRIUM_REL, ROUNDING_REL};
 use crate::solver::system::damper::Damper;
 use crate::solver::system::damping::{CONTINUATION_ITERATIONS_MAX, Continuation, Rules};
 use crate::solver::system::system::System;
-
-/// Ratio of the residuals of two iterates with the same active set below which they do not form a cycle.
-const CYCLE_RESIDUAL_RATIO_MIN: f64 = 0.3;
 
 /// Detects cycling and controls viscous stabilisation in one increment.
 #[derive(Debug, Default)]
@@ -43,7 +40,7 @@ impl Stabiliser {
             |since: usize| self.active_sets[since..].iter().any(|(other, _)| *other != touching);
         let met = |(at, (before, residual)): (usize, &(Vec<usize>, f64))| {
             let changed = now.changes > 0 || others(at);
-            *before == touching && now.residual > CYCLE_RESIDUAL_RATIO_MIN * residual && changed
+            *before == touching && now.residual > STAGNATION_RATIO * residual && changed
         };
         let found = self.active_sets.iter().enumerate().any(met);
         self.active_sets.push((touching, now.residual));

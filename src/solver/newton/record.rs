@@ -2,6 +2,11 @@
 
 use crate::solver::numbers::tolerances::{NEAR_EQUILIBRIUM_REL, ROUNDING_REL};
 
+/// Ratio of two norms of the iteration, of successive corrections or of residuals with the same active set, above which
+/// the later one shows no progress. Newton's method reduces both by far more; half as much would take stick and
+/// yielding of single points for stagnation.
+pub(super) const STAGNATION_RATIO: f64 = 0.5;
+
 /// One Newton iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IterationRecord {

@@ -4,7 +4,7 @@ use super::convergence::{is_settled, record, size};
 use super::cycling::Stabiliser;
 use super::line_search;
 use super::outcome::{NewtonError, NewtonStats, Patience, Verdict};
-use super::record::IterationRecord;
+use super::record::{IterationRecord, STAGNATION_RATIO};
 use crate::geometry::Vec3;
 use crate::solver::active_set::active_set::{iterate_active_set, revise};
 use crate::solver::active_set::driven_tools::opposed;
@@ -12,16 +12,14 @@ use crate::solver::active_set::update::Pivoting;
 use crate::solver::assembly::ElementFailure;
 use crate::solver::assembly::Foresight;
 use crate::solver::limits::{ContactMethod, Limits};
-use crate::solver::numbers::tolerances::{ACCURACY_REL, NEAR_EQUILIBRIUM_REL, NEGLIGIBLE_REL};
+use crate::solver::numbers::tolerances::{
+    ACCURACY_REL, NEAR_EQUILIBRIUM_REL, NEGLIGIBLE_REL, REPETITIONS_MAX,
+};
 use crate::solver::system::correction::Correction;
 use crate::solver::system::damping::CONTINUATION_ITERATIONS_MAX;
 use crate::solver::system::system::{Residual, System};
 use crate::solver::tools::role::Role;
 use crate::solver::tools::way::FACING_COS_MIN;
-
-/// Consecutive corrections that do not halve after which the iteration is limited by rounding. A single one may be
-/// due to the onset of stick or yielding of a node.
-const STAGNANT_CORRECTIONS_MIN: usize = 2;
 
 /// Solves the increment from the current iterate of `sys`; `history` receives a record of every iterate, also on
 /// failure. `foreseen`: length of the increment over the last one, if the iterate was extrapolated; the first
@@ -57,7 +55,8 @@ pub(in crate::solver) fn solve(
         };
         run.stats.solves += solves;
         run.stats.iterations += 1;
-        let stagnates = run.last.is_some_and(|last| size(&correction) >= 0.5 * size(&last));
+        let stagnates =
+            run.last.is_some_and(|last| size(&correction) >= STAGNATION_RATIO * size(&last));
         run.stagnant = if stagnates { run.stagnant + 1 } else { 0 };
         run.last = Some(correction);
     }
@@ -126,7 +125,7 @@ impl Run {
         let iterations = self.stats.iterations;
         let last = self.last.as_ref();
         let correction_with_active_set = record.changes == 0
-            && is_settled(sys, residual, last, self.stagnant >= STAGNANT_CORRECTIONS_MIN, limits);
+            && is_settled(sys, residual, last, self.stagnant >= REPETITIONS_MAX, limits);
         if correction_with_active_set && iterations > 0 {
             return Verdict::Converged;
         }

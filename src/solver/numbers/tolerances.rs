@@ -1,4 +1,5 @@
-//! Tolerances that several rooms of the solver share. All are ratios, so that no unit enters.
+//! Tolerances, and a limit of repetitions, that several rooms of the solver share. Tolerances are ratios, so that no
+//! unit enters.
 
 /// Relative difference that counts as rounding: lengths over the shortest edge, stiffnesses over that of the mesh,
 /// forces over the largest one. Rounding reaches about 1e-13 of the largest number in a sum over all unknowns; a
@@ -19,3 +20,8 @@ pub(crate) const NEGLIGIBLE_REL: f64 = 1e-3;
 /// corrections are applied in full, active sets that return indicate cycling, and viscous forces may be removed. Above
 /// a few hundredths yielding and stick of single points still dominate the residual.
 pub(crate) const NEAR_EQUILIBRIUM_REL: f64 = 1e-2;
+
+/// Repetitions without progress after which a discrete state no longer changes freely: updates of the active set
+/// without fewer wrong pairs, changes of the patch of a foot point in an increment, corrections that stagnate. One or
+/// two also occur while nodes begin to stick or points to yield; more only repeat a cycle.
+pub(crate) const REPETITIONS_MAX: usize = 4;

@@ -10,6 +10,11 @@ use crate::solver::numbers::tolerances::REPETITIONS_MAX;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::tools::tool::Tool;
 
+/// Distance past the border of a tool, over the search radius, up to which a node stays in contact. Without this
+/// tolerance, contact of a node on the border (where sheet and tool often end together) would alternate. It is
+/// far less than an element, and more than a node moves along the border in an increment.
+const OVERHANG_REL: f64 = 0.05;
+
 /// A node and a tool with which it may come into contact.
 #[derive(Debug, Clone)]
 pub(in crate::solver) struct Candidate {
@@ -102,10 +107,6 @@ pub(in crate::solver) struct ContactSet {
     pub(in crate::solver) candidates: Vec<Candidate>,
     saved: Vec<SavedContact>,
 }
-
-/// Distance past the border of a tool, over the search radius, up to which a node stays in contact. Without this
-/// tolerance, contact of a node on the border (where sheet and tool often end together) would alternate.
-const OVERHANG_REL: f64 = 0.05;
 
 impl SavedContact {
     /// Initial state: no contact so far.

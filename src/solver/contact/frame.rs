@@ -6,7 +6,7 @@ use crate::geometry::{Mat3, Vec3};
 use crate::solver::numbers::tolerances::ACCURACY_REL;
 
 /// Minimum fraction of the normal in the free directions of a node for contact; below, the node has no contact with
-/// the tool.
+/// the tool. Travel of the tool moves the node by up to the inverse of it, three times the travel.
 pub(in crate::solver) const NORMAL_FRACTION_MIN: f64 = 0.3;
 
 /// Scaling stiffnesses of the conditions [N/mm], from the elastic tangent, so that units cancel.

@@ -12,14 +12,19 @@ use crate::solver::linear::pattern::Pattern;
 use crate::solver::numbers::tolerances::{NEGLIGIBLE_REL, ROUNDING_REL};
 use crate::solver::sheet::rigid_motions::take_free_motions;
 
-/// Dimension of the subspace, and number of inverse iterations.
+/// Dimension of the subspace of inverse iteration: as many motions may be unstable at once and are told apart.
 pub(in crate::solver) const SUBSPACE_SIZE: usize = 4;
+
+/// Number of inverse iterations. Each reduces the part of a motion outside the subspace by the ratio of its stiffness
+/// to those beyond; only the sign of the lowest stiffness and the shape of its motion are needed, to about a per cent.
 const INVERSE_ITERATIONS: usize = 8;
 
-/// Largest nodal displacement of the perturbation over the thickness.
+/// Largest nodal displacement of the perturbation over the thickness: far above rounding, and far below the
+/// motion that follows, which is of the order of the thickness.
 const PUSH_DISPLACEMENT_REL: f64 = 0.01;
 
-/// Minimum fraction of deformation in a motion that is not rigid (half a wave has 0.19).
+/// Minimum fraction of deformation in a motion that is not rigid. Half a wave has 0.19, a rigid
+/// motion none; half of the former lies between both.
 const BENDING_SHARE_MIN: f64 = 0.1;
 
 /// Perturbation along the softest motion.

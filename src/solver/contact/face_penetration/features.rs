@@ -22,7 +22,7 @@ const SAMPLED_RADIUS_REL: f64 = 2.0;
 /// the largest sampled radius. Samples find the depth of an arc to 0.2 % of its radius; half the spacing needs up to
 /// four times as many points.
 const SAMPLE_SPACING_REL: f64 = 0.25;
-/// Maximum number of samples of a tool, 48 bytes each; beyond, the spacing is increased.
+/// Maximum number of samples of a tool, 48 bytes each (24 MB); beyond, the spacing is increased.
 const SAMPLES_MAX: f64 = 5e5;
 
 /// Sample points with the normals of their patches, in the frame of the tool [mm].

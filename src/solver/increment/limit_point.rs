@@ -177,7 +177,8 @@ impl DampedMotion {
         // At the stiffness of the perturbation it neither grows nor decays; below, the sheet would move in the opposite
         // direction.
         let least = push.map(|push| STIFFNESS_FACTOR * push.stiffness / sys.scales.tangential);
-        let control = Continuation::new(Rules::limit_point(limits.wanted_iterations), least);
+        let control =
+            Continuation::new(Rules::LimitPoint { wanted: limits.wanted_iterations }, least);
         Self {
             control,
             limits: limits.clone(),

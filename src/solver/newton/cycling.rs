@@ -71,7 +71,7 @@ impl Stabiliser {
     ) -> Result<(), ElementFailure> {
         self.first_iteration.get_or_insert(iterations);
         let Some(control) = &mut self.control else {
-            self.control = Some(Continuation::new(Rules::CYCLING, None));
+            self.control = Some(Continuation::new(Rules::Cycling, None));
             return self.set(sys);
         };
         if sys.regime.is_stabilised() {

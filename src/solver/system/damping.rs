@@ -11,44 +11,45 @@ use crate::solver::numbers::tolerances::NEAR_EQUILIBRIUM_REL;
 /// Initial damper stiffness over that of the mesh: a step moves the sheet by about a thousand times the elastic
 /// displacement. With less the first step fails, with more it costs a step for every reduction.
 const FIRST_STIFFNESS: f64 = 1e-3;
-/// Factor between levels of the stiffness. A converged step reduces it by two levels (an easy one by four), a failed
-/// one raises it by two or three, and one level above a stiffness that failed is its lower bound for the next step. A
-/// larger factor would step over the range in which steps converge, a smaller one needs more steps.
+/// Factor between levels of the stiffness; one level above a stiffness that failed is the lower bound for the next
+/// step. A larger factor would step over the range in which steps converge, a smaller one needs more steps.
 pub(in crate::solver) const STIFFNESS_FACTOR: f64 = 2.0;
-
+/// Levels by which a converged step reduces the stiffness, an easy one by twice as many, and by which a failed step
+/// raises it. With one level a motion takes twice as many steps; with three an easy step would reduce it by a factor of 64.
+const STEP_LEVELS: i32 = 2;
 /// Maximum iterations of a viscous motion, and of an increment with viscous stabilisation or augmentation. Snap-throughs
 /// of released sheets take 31 to 45, strips crushed until they buckle 223 to 810; a sheet without equilibrium never
 /// converges.
 pub(in crate::solver) const CONTINUATION_ITERATIONS_MAX: usize = 1000;
 
-/// Differences between the uses of the controller.
+/// Use of the controller.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::solver) struct Rules {
-    /// Levels of [`STIFFNESS_FACTOR`] by which a failed step raises the stiffness, and by which the viscous force must
-    /// have fallen since a failed release for the next one.
-    rise: i32,
-    /// Target number of iterations of a step; `None`: every converged step counts as easy.
-    wanted: Option<usize>,
-    /// Release is tried after every step with a small viscous force, even if the last attempt failed.
-    always_release: bool,
+pub(in crate::solver) enum Rules {
+    /// Active-set cycling: every converged step counts as easy, and a failed one raises the stiffness by one level more,
+    /// since it cycles again, but seldom with far more stiffness.
+    Cycling,
+    /// Past a limit point: an easy step takes at most half the target number of iterations `wanted`.
+    LimitPoint {
+        /// Target number of iterations of a step.
+        wanted: usize,
+    },
 }
 
 impl Rules {
-    /// Active-set cycling: a step that fails cycles again, but seldom with far more stiffness.
-    pub(in crate::solver) const CYCLING: Self =
-        Self { rise: 3, wanted: None, always_release: false };
-
-    /// Past a limit point, with this target number of iterations of a step.
-    pub(in crate::solver) fn limit_point(wanted: usize) -> Self {
-        Self { rise: 2, wanted: Some(wanted), always_release: true }
+    /// Factor of the stiffness after a failed step.
+    fn rise(self) -> f64 {
+        match self {
+            Self::Cycling => STIFFNESS_FACTOR.powi(STEP_LEVELS + 1),
+            Self::LimitPoint { .. } => STIFFNESS_FACTOR.powi(STEP_LEVELS),
+        }
     }
 
-    /// Factor of the stiffness after a converged step: an easy step took at most half the target number of iterations.
+    /// Factor of the stiffness after a step that converged in `iterations`.
     fn fall(self, iterations: usize) -> f64 {
-        let levels = match self.wanted {
-            Some(wanted) if iterations > easy_iterations(wanted) => 0,
-            Some(wanted) if 2 * iterations > wanted => 2,
-            _ => 4,
+        let levels = match self {
+            Self::LimitPoint { wanted } if iterations > easy_iterations(wanted) => 0,
+            Self::LimitPoint { wanted } if 2 * iterations > wanted => STEP_LEVELS,
+            _ => 2 * STEP_LEVELS,
         };
         STIFFNESS_FACTOR.powi(-levels)
     }
@@ -86,7 +87,7 @@ impl Continuation {
     /// Registers a failed step.
     pub(in crate::solver) fn failed(&mut self) {
         self.floor = STIFFNESS_FACTOR * self.stiffness;
-        self.stiffness *= STIFFNESS_FACTOR.powi(self.rules.rise);
+        self.stiffness *= self.rules.rise();
     }
 
     /// Registers a converged step with this norm of the viscous forces [N].
@@ -105,8 +106,10 @@ impl Continuation {
 
     /// Registers that no equilibrium without viscous forces was found.
     pub(in crate::solver) fn release_failed(&mut self) {
-        if !self.rules.always_release {
-            self.release = self.force * STIFFNESS_FACTOR.powi(-self.rules.rise);
+        // Past a limit point release is tried after every step with a small force. An active set that cycled again needs
+        // a force that has fallen by as much as a failed step raises the stiffness.
+        if matches!(self.rules, Rules::Cycling) {
+            self.release = self.force / self.rules.rise();
         }
     }
 }
@@ -117,7 +120,7 @@ mod tests {
 
     #[test]
     fn stiffness_falls_while_steps_converge_and_stays_above_what_failed() {
-        let mut control = Continuation::new(Rules::limit_point(7), None);
+        let mut control = Continuation::new(Rules::LimitPoint { wanted: 7 }, None);
         control.converged(3, 100.0);
         assert_eq!(control.stiffness, FIRST_STIFFNESS / 16.0);
         control.failed();
@@ -136,7 +139,7 @@ mod tests {
 
     #[test]
     fn out_of_cycling_release_is_tried_again_at_an_eighth_of_the_force() {
-        let mut control = Continuation::new(Rules::CYCLING, None);
+        let mut control = Continuation::new(Rules::Cycling, None);
         control.failed();
         assert_eq!(control.stiffness, 8.0 * FIRST_STIFFNESS);
         control.converged(20, 100.0);
@@ -151,7 +154,7 @@ mod tests {
 
     #[test]
     fn a_pushed_sheet_keeps_the_stiffness_that_it_needs() {
-        let mut control = Continuation::new(Rules::limit_point(7), Some(0.02));
+        let mut control = Continuation::new(Rules::LimitPoint { wanted: 7 }, Some(0.02));
         (0..5).for_each(|_| control.converged(1, 1.0));
         assert_eq!(control.stiffness, 0.02);
     }

@@ -9,7 +9,7 @@
 use super::attempt::{accept, attempt, restore};
 use crate::geometry::{Aabb, Vec3};
 use crate::solver::element::Want;
-use crate::solver::limits::{Limits, easy_iterations};
+use crate::solver::limits::easy_iterations;
 use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
 use crate::solver::numbers::tolerances::NEGLIGIBLE_REL;
 use crate::solver::stage::energy::jumps;
@@ -22,6 +22,10 @@ use crate::solver::system::regime::Stabilisation;
 use crate::solver::system::softest_motion::{Push, SUBSPACE_SIZE};
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
+
+/// Maximum iterations of a step of a viscous motion. A step that needs more is too long, and a stiffer one follows the
+/// motion more closely: with as many as an increment may take, a straight column is perturbed twice.
+const STEP_ITERATIONS_MAX: usize = 12;
 
 /// Follows the sheet from the last equilibrium to the next one at the fraction `target` of the stage, at any
 /// distance. Also returns whether it is stable, as required with `lasting`. `from` is the fraction of the last
@@ -129,7 +133,7 @@ fn follow(
     iterations: usize,
     push: Option<&Push>,
 ) -> Result<NewtonStats, NewtonError> {
-    let mut motion = DampedMotion::new(&sim.sys, &sim.limits, push);
+    let mut motion = DampedMotion::new(&sim.sys, sim.limits.wanted_iterations, push);
     let origin = Origin::of(&sim.committed);
     let mut last = f64::NAN;
     while sim.history.len() < iterations && !motion.control.is_stiffest() {
@@ -162,8 +166,8 @@ fn follow(
 /// State of a viscous motion.
 struct DampedMotion {
     control: Continuation,
-    /// Limits of an increment.
-    limits: Limits,
+    /// Target number of iterations of an increment.
+    wanted: usize,
     /// Statistics of the converged steps.
     stats: NewtonStats,
     /// Largest damping force at the end of a step [N].
@@ -173,19 +177,12 @@ struct DampedMotion {
 }
 
 impl DampedMotion {
-    fn new(sys: &System, limits: &Limits, push: Option<&Push>) -> Self {
+    fn new(sys: &System, wanted: usize, push: Option<&Push>) -> Self {
         // At the stiffness of the perturbation it neither grows nor decays; below, the sheet would move in the opposite
         // direction.
         let least = push.map(|push| STIFFNESS_FACTOR * push.stiffness / sys.scales.tangential);
-        let control =
-            Continuation::new(Rules::LimitPoint { wanted: limits.wanted_iterations }, least);
-        Self {
-            control,
-            limits: limits.clone(),
-            stats: NewtonStats::default(),
-            largest: 0.0,
-            lost: 0,
-        }
+        let control = Continuation::new(Rules::LimitPoint { wanted }, least);
+        Self { control, wanted, stats: NewtonStats::default(), largest: 0.0, lost: 0 }
     }
 
     /// Registers a converged step with the remaining damping force `force` [N].
@@ -206,11 +203,7 @@ impl DampedMotion {
     /// one the motion leads to.
     fn iterations_to_rest(&self, force: f64) -> Option<usize> {
         let over = force <= NEGLIGIBLE_REL * self.largest;
-        let most = if over {
-            self.limits.iterations
-        } else {
-            easy_iterations(self.limits.wanted_iterations)
-        };
+        let most = if over { STEP_ITERATIONS_MAX } else { easy_iterations(self.wanted) };
         self.control.may_release().then_some(most)
     }
 
@@ -275,7 +268,7 @@ fn step(
     let damper = Damper::new(&sim.sys.body, &sim.sys.u, stiffness);
     let push = push.map(|push| push.forces.clone());
     sim.sys.regime.stabilisation = Stabilisation::Continuation { damper: damper.clone(), push };
-    let found = attempt(sim, plan, [target - 1.0, target], Patience::UpTo(sim.limits.iterations));
+    let found = attempt(sim, plan, [target - 1.0, target], Patience::UpTo(STEP_ITERATIONS_MAX));
     let stats = found.inspect_err(|_| restore(sim))?;
     let sys = &mut sim.sys;
     sys.regime.release();

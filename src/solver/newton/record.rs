@@ -2,11 +2,10 @@
 
 use crate::solver::numbers::tolerances::{NEAR_EQUILIBRIUM_REL, ROUNDING_REL};
 
-/// Ratio of a norm to its reference above which the iteration makes no progress: of a correction to the last one, of a
-/// residual to that of an earlier iterate with the same active set, of a residual to the contact forces after several
-/// iterations. Newton's method reduces them by far more in a step. With half the ratio increments are cut that would
-/// have converged: iterations rise by 4 %.
-pub(super) const STAGNATION_RATIO: f64 = 0.5;
+/// Ratio of a residual to its reference above which the iteration makes no progress: to that of an earlier iterate with
+/// the same active set, or to the contact forces after several iterations. With half the ratio increments are cut that
+/// would have converged: iterations rise by 4 %.
+pub(super) const STAGNATION_RATIO: f64 = 0.3;
 
 /// One Newton iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -63,8 +63,7 @@ pub(in crate::solver) fn solve(
         };
         run.stats.solves += solves;
         run.stats.iterations += 1;
-        let stagnates =
-            run.last.is_some_and(|last| size(&correction) >= STAGNATION_RATIO * size(&last));
+        let stagnates = run.last.is_some_and(|last| size(&correction) >= 0.5 * size(&last));
         run.stagnant = if stagnates { run.stagnant + 1 } else { 0 };
         run.last = Some(correction);
     }

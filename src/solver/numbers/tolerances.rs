@@ -21,7 +21,7 @@ pub(crate) const NEGLIGIBLE_REL: f64 = 1e-3;
 /// a few hundredths yielding and stick of single points still dominate the residual.
 pub(crate) const NEAR_EQUILIBRIUM_REL: f64 = 1e-2;
 
-/// Repetitions without progress after which a discrete state no longer changes freely: updates of the active set
-/// without fewer wrong pairs, changes of the patch of a foot point in an increment, corrections that stagnate. One or
-/// two also occur while nodes begin to stick or points to yield; more only repeat a cycle.
-pub(crate) const REPETITIONS_MAX: usize = 4;
+/// Repetitions without progress after which a state no longer changes freely: changes of the patch of a foot point in
+/// an increment, corrections that stagnate. One or two also occur while nodes begin to stick or points to yield; more
+/// only repeat a cycle.
+pub(crate) const REPETITIONS_MAX: usize = 3;

@@ -12,6 +12,11 @@ use crate::solver::system::system::System;
 /// miss those of a small part of the sheet.
 const JUMP_WORK_REL: f64 = 0.01;
 
+/// Slip over the friction transition above which a node slides throughout an increment: ten times the slip at which
+/// friction reaches Coulomb's force. Up to there friction rises over a tenth of the increment; for less slip the
+/// trapezoidal rule is closer.
+const SLIDING_SLIP_RATIO: f64 = 10.0 * COULOMB_SLIP_RATIO;
+
 /// Work of contact in an increment.
 #[derive(Default)]
 struct ContactWork {
@@ -44,7 +49,7 @@ impl ContactWork {
             let friction = 0.5 * (before.tangential() + now.tangential()).dot(&slip);
             sum.friction += friction;
             let along = tangential(&before, now, &slip);
-            if along > COULOMB_SLIP_RATIO * sys.lengths.transition {
+            if along > SLIDING_SLIP_RATIO * sys.lengths.transition {
                 let mean = 0.5 * (before.normal().norm() + now.normal().norm());
                 sum.turned -= along * sys.law(c.tool).mu * mean + friction;
             }

@@ -9,7 +9,7 @@ use super::damper::shares;
 use super::system::System;
 use crate::geometry::Vec3;
 use crate::solver::linear::pattern::Pattern;
-use crate::solver::numbers::tolerances::{NEGLIGIBLE_REL, ROUNDING_REL};
+use crate::solver::numbers::tolerances::{ACCURACY_REL, NEGLIGIBLE_REL, ROUNDING_REL};
 use crate::solver::sheet::rigid_motions::take_free_motions;
 
 /// Dimension of the subspace of inverse iteration: as many motions may be unstable at once and are told apart.
@@ -105,9 +105,9 @@ impl System {
         let mut motions: Vec<Vec<f64>> =
             (0..SUBSPACE_SIZE).map(|seed| disorder(self.u.len(), seed as u64)).collect();
         for _ in 0..INVERSE_ITERATIONS {
-            // Solutions far larger than the sheet are rejected as those of a singular matrix. Scaled by machine precision,
-            // none is, however small the lowest eigenvalue.
-            motions.iter_mut().for_each(|motion| weigh(motion, &masses, f64::EPSILON * shift));
+            // Solutions far larger than the sheet are rejected as those of a singular matrix. So far below the right-hand
+            // sides that preserve the length of the motions, none is.
+            motions.iter_mut().for_each(|motion| weigh(motion, &masses, ACCURACY_REL * shift));
             self.solver.solve_symmetric(&self.matrix.values, &mut motions).ok()?;
             orthonormalise(&mut motions, &masses);
         }

@@ -14,7 +14,11 @@ use super::system::System;
 use crate::geometry::Mat3;
 use crate::solver::contact::condition::{Condition, resistance};
 use crate::solver::linear::pattern::Pattern;
-use crate::solver::numbers::tolerances::ROUNDING_REL;
+
+/// Stiffness added to every unknown over that of the mesh, so that rounding does not make free motions appear unstable.
+/// It is below rounding of a single stiffness, since a thin sheet bends with 1e-9 of the stiffness of the mesh, and
+/// must not count as stable by it.
+const STABILITY_SHIFT_REL: f64 = 1e-11;
 
 /// Admissible motion of a node, and the stiffness against it besides that of the sheet.
 struct Motion {
@@ -40,8 +44,7 @@ impl System {
     /// Sets the matrix to the tangent projected on the motions that tools, supports and friction permit.
     pub(in crate::solver) fn project_tangent(&mut self) {
         let motions = self.motions();
-        // Added to every unknown, so that rounding does not make free motions appear unstable.
-        let least = ROUNDING_REL * self.scales.normal;
+        let least = STABILITY_SHIFT_REL * self.scales.normal;
         self.matrix.set(self.body.pattern(), &mut self.eval.tangent, &[], true);
         let values = &mut self.matrix.values;
         project(self.body.pattern(), values, &motions);

@@ -2,7 +2,7 @@
 //!
 //! Primal-dual active set method with blocks: all pairs in tension are released and all penetrating nodes are added
 //! at once. If the number of wrong pairs no longer decreases, only the worst of them are changed (block principal
-//! pivoting, Judice & Pires 1994): fewer with every update without a decrease, down to one, which ends cycling.
+//! pivoting, Judice & Pires 1994), which ends active-set cycling of large blocks.
 
 use crate::solver::numbers::tolerances::{NEGLIGIBLE_REL, ROUNDING_REL};
 use crate::solver::tools::stop::Stop;
@@ -10,6 +10,9 @@ use crate::solver::tools::stop::Stop;
 /// Updates without a decrease of the number of wrong pairs before only a part of them is changed. With two, iterations
 /// rise by 1 %; with eight they fall by 1 %, but blocks that cycle do so longer.
 const FULL_BLOCK_UPDATES_MAX: usize = 4;
+/// Smallest part of the wrong pairs changed at once, as its inverse. Smaller parts end cycling as well, but need more
+/// updates than an increment has.
+const BLOCK_DIVISOR_MAX: usize = 6;
 
 /// Predicted state of pairs and tools. Pairs are indices of candidates, in ascending order.
 #[derive(Debug, Default)]
@@ -90,7 +93,11 @@ impl Pivoting {
 
     /// Number of `wrong` pairs (of one kind) to change.
     fn block_size(&self, wrong: usize) -> usize {
-        if self.since <= FULL_BLOCK_UPDATES_MAX { wrong } else { wrong.div_ceil(self.since) }
+        if self.since <= FULL_BLOCK_UPDATES_MAX {
+            wrong
+        } else {
+            wrong.div_ceil(self.since.min(BLOCK_DIVISOR_MAX))
+        }
     }
 
     /// Registers the number of wrong pairs; returns whether the active set cycles and blocks are reduced.

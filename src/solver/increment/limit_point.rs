@@ -23,8 +23,8 @@ use crate::solver::system::softest_motion::{Push, SUBSPACE_SIZE};
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 
-/// Maximum iterations of a step of a viscous motion. A step that needs more is too long, and a stiffer one follows the
-/// motion more closely: with as many as an increment may take, a straight column is perturbed twice.
+/// Maximum iterations of a step of a viscous motion. A step that needs more is too long; a stiffer one follows the motion
+/// more closely.
 const STEP_ITERATIONS_MAX: usize = 12;
 
 /// Follows the sheet from the last equilibrium to the next one at the fraction `target` of the stage, at any

@@ -16,8 +16,7 @@ use crate::solver::contact::condition::{Condition, resistance};
 use crate::solver::linear::pattern::Pattern;
 
 /// Stiffness added to every unknown over that of the mesh, so that rounding does not make free motions appear unstable.
-/// It is below rounding of a single stiffness, since a thin sheet bends with 1e-9 of the stiffness of the mesh, and
-/// must not count as stable by it.
+/// A thin sheet bends with 1e-9 of the stiffness of the mesh; a hundredth of that does not make it appear stable.
 const STABILITY_SHIFT_REL: f64 = 1e-11;
 
 /// Admissible motion of a node, and the stiffness against it besides that of the sheet.

@@ -55,6 +55,11 @@ impl ContactMethod {
     }
 }
 
+/// Iterations of an easy increment or step: three quarters of the target `wanted`. The next one may be longer.
+pub(in crate::solver) fn easy_iterations(wanted: usize) -> usize {
+    3 * wanted / 4
+}
+
 impl Default for Limits {
     fn default() -> Self {
         Self {

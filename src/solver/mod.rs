@@ -8,7 +8,7 @@
 //! - `system`: residual, matrix and correction at an iterate
 //! - `contact`, [`tools`], [`sheet`]: contact conditions, tools, and the sheet
 //! - [`assembly`], [`element`], [`material`]: internal force and tangent
-//! - [`linear`], [`numbers`]: sparse linear equations; small tensors and SIMD lanes
+//! - [`linear`], [`numbers`]: sparse linear equations; small tensors, SIMD lanes, shared tolerances
 
 mod active_set;
 pub mod assembly;

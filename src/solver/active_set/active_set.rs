@@ -6,12 +6,10 @@ use crate::geometry::Vec3;
 use crate::solver::contact::candidate::Candidate;
 use crate::solver::limits::Limits;
 use crate::solver::linear::LinearError;
+use crate::solver::numbers::tolerances::ROUNDING_REL;
 use crate::solver::system::correction::{Correction, Foretold};
 use crate::solver::system::system::System;
 use crate::solver::tools::way::TOUCHING_GAP_REL;
-
-/// Travel past a stop that counts as rounding, over the shortest edge.
-const TRAVEL_TOLERANCE_REL: f64 = 1e-10;
 
 /// Updates the active set at a new iterate, after the contact search; returns the number of wrong pairs and tools.
 /// Forces are those predicted by the last correction; gaps, travels and pushes are those of the iterate.
@@ -99,8 +97,8 @@ fn tolerances(sys: &System, correction: &Correction, limits: &Limits) -> Toleran
     // A sheet that is carried only by its tools has no contact forces except rounding and those of the dampers.
     let rounding = if sys.regime.is_loose() { sys.rounding_of_forces() } else { 0.0 };
     Tolerances {
-        tension: -(1e-10 * largest).max(rounding),
-        travel: TRAVEL_TOLERANCE_REL * sys.lengths.shortest_edge,
+        tension: -(ROUNDING_REL * largest).max(rounding),
+        travel: ROUNDING_REL * sys.lengths.shortest_edge,
         gap: gap_tolerance(sys, limits),
     }
 }

@@ -7,7 +7,8 @@ use crate::solver::contact::candidate::Candidate;
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 
-/// Minimum depth of an edge below the straight line between two nodes to be reported, over the thickness.
+/// Minimum depth of an edge below the straight line between two nodes to be reported, over the thickness. It is that of
+/// nodes inside a tool that are reported; less changes forces by less than the mesh does.
 const OVERHANG_DEPTH_REL: f64 = 0.1;
 
 /// Nodes past the free border of a tool where the sheet overhangs it.

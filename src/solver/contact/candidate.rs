@@ -6,8 +6,14 @@ use rayon::prelude::*;
 use crate::contact::Projection;
 use crate::contact::friction::COULOMB_SLIP_RATIO;
 use crate::geometry::Vec3;
+use crate::solver::numbers::tolerances::REPETITIONS_MAX;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::tools::tool::Tool;
+
+/// Distance past the border of a tool, over the search radius, up to which a node stays in contact. Without this
+/// tolerance, contact of a node on the border (where sheet and tool often end together) would alternate. It is
+/// far less than an element, and more than a node moves along the border in an increment.
+const OVERHANG_REL: f64 = 0.05;
 
 /// A node and a tool with which it may come into contact.
 #[derive(Debug, Clone)]
@@ -18,7 +24,7 @@ pub(in crate::solver) struct Candidate {
     /// The node came into contact in this iteration.
     pub(in crate::solver) newly_active: bool,
     /// Changes of patch of the foot point in this increment while in contact.
-    pub(in crate::solver) patch_changes: u32,
+    pub(in crate::solver) patch_changes: usize,
     /// The node slid in the last iteration; a node that has just come into contact counts as sliding.
     pub(in crate::solver) sliding: bool,
     pub(in crate::solver) foot: Projection,
@@ -102,13 +108,6 @@ pub(in crate::solver) struct ContactSet {
     saved: Vec<SavedContact>,
 }
 
-/// Distance past the border of a tool, over the search radius, up to which a node stays in contact. Without this
-/// tolerance, contact of a node on the border (where sheet and tool often end together) would alternate.
-const OVERHANG_REL: f64 = 0.05;
-
-/// Patch changes in an increment after which a node in contact is projected onto its current patch only.
-const PATCH_CHANGES_MAX: u32 = 3;
-
 impl SavedContact {
     /// Initial state: no contact so far.
     fn untouched() -> Self {
@@ -153,7 +152,7 @@ impl Candidate {
     /// extension of the last patch until the end of the increment.
     fn follow(&mut self, x: &Vec3, tool: &Tool, reach: f64) {
         if self.active
-            && self.patch_changes >= PATCH_CHANGES_MAX
+            && self.patch_changes >= REPETITIONS_MAX
             && let Some(foot) = tool.extended_projection(x, &self.foot)
         {
             self.foot = foot;
@@ -161,7 +160,7 @@ impl Candidate {
         }
         let hint = (self.foot.patch != u32::MAX).then_some(self.foot.patch);
         let foot = tool.within(x, hint, reach + self.relative_displacement(x, tool).norm());
-        self.patch_changes += u32::from(self.active && foot.patch != self.foot.patch);
+        self.patch_changes += usize::from(self.active && foot.patch != self.foot.patch);
         self.foot = foot;
         if !self.active && !self.touched {
             let relative_displacement = self.relative_displacement(x, tool);

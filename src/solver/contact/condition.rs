@@ -26,6 +26,7 @@ use super::frame::{Frame, Scales, frame};
 use super::held_friction::HeldFriction;
 use crate::contact::friction::{COULOMB_SLIP_RATIO, Coulomb, FrictionPoint, Slip};
 use crate::geometry::{Mat3, Vec3};
+use crate::solver::numbers::tolerances::ACCURACY_REL;
 
 /// Conditions of one node: `a` multiplies its rows of the tangent, `b` its displacement.
 #[derive(Debug, Clone)]
@@ -177,12 +178,10 @@ impl Coulomb {
 }
 
 /// Whether friction up to `bound` [N] holds a node that slid and has not moved since. A node that slid until the last
-/// equilibrium has exactly the Coulomb force, and a node that has just come into contact may have none. Without a
+/// equilibrium has the Coulomb force within [`ACCURACY_REL`], and a node that has just come into contact may have none. Without a
 /// tolerance rounding would decide on stick or slip.
 fn is_within_friction(traction: &Vec3, bound: f64, scales: Scales) -> bool {
-    /// Relative excess of the force over the Coulomb limit that still counts as stick.
-    const FRICTION_EXCESS_REL: f64 = 1e-6;
-    scales.of_note(traction.norm()) <= (1.0 + FRICTION_EXCESS_REL) * bound.max(0.0)
+    scales.of_note(traction.norm()) <= (1.0 + ACCURACY_REL) * bound.max(0.0)
 }
 
 /// Friction law of a node in contact; `None` for stick.

@@ -3,12 +3,10 @@
 use super::candidate::Candidate;
 use crate::contact::Projection;
 use crate::geometry::{Mat3, Vec3};
+use crate::solver::numbers::tolerances::ACCURACY_REL;
 
-/// Fraction of the normal in the free directions of a node above which its constrained directions are tangents of the
-/// tool.
-const NORMAL_FRACTION_FULL: f64 = 1.0 - 1e-6;
 /// Minimum fraction of the normal in the free directions of a node for contact; below, the node has no contact with
-/// the tool.
+/// the tool. Travel of the tool moves the node by up to the inverse of it, three times the travel.
 pub(in crate::solver) const NORMAL_FRACTION_MIN: f64 = 0.3;
 
 /// Scaling stiffnesses of the conditions [N/mm], from the elastic tangent, so that units cancel.
@@ -69,12 +67,10 @@ pub(in crate::solver) fn frame(foot: &Projection, free: &Mat3) -> Option<Frame> 
     }
     let normal = along / normal_fraction;
     let tangent = free - normal * normal.transpose();
-    // A normal with a component outside the free directions has no constrained tangent directions.
-    let across = if normal_fraction > NORMAL_FRACTION_FULL {
-        Mat3::identity() - free
-    } else {
-        Mat3::zeros()
-    };
+    // A normal with a component outside the free directions, by more than the accuracy of the geometry, has no
+    // constrained tangent directions.
+    let across =
+        if normal_fraction > 1.0 - ACCURACY_REL { Mat3::identity() - free } else { Mat3::zeros() };
     let parallel = (Mat3::identity() - foot.curvature * foot.gap)
         .try_inverse()
         .map_or(foot.curvature, |inverse| foot.curvature * inverse);

@@ -3,25 +3,16 @@
 use super::attempt::{accept, attempt, lay_down, restore};
 use super::limit_point::relax;
 use crate::solver::error::SimulationError;
-use crate::solver::newton::cycling::MAX_STABILISED_ITERATIONS;
 use crate::solver::newton::outcome::{NewtonStats, Patience};
 use crate::solver::remedy::gave_up;
 use crate::solver::report::{Control, IncrementReport};
-use crate::solver::stage::branch::{Doubt, Found};
+use crate::solver::stage::branch::{BRANCH_STEP_FACTOR, Doubt, Found, LIMIT_POINT_STEP_RATIO};
 use crate::solver::stage::description::Stage;
 use crate::solver::stage::energy::{jumps, released_forces_work};
 use crate::solver::stage::start::{begin, let_go};
 use crate::solver::stage::state::{Simulation, UnderWay};
 use crate::solver::stage::step_size::{Endurance, Pace};
-
-/// Step over the first one of the stage below which a limit point is assumed, and distance beyond it, over the first
-/// step, at which the next equilibrium is computed.
-const LIMIT_POINT_STEP_RATIO: f64 = 0.02;
-const STEP_BEYOND_RATIO: f64 = 0.1;
-
-/// Attempts in which viscous stabilisation did not converge, after which it is not used: shorter steps have the same
-/// difficulty.
-const MAX_STABILISED_ATTEMPTS: usize = 2;
+use crate::solver::system::damping::CONTINUATION_ITERATIONS_MAX;
 
 /// Computes one increment and starts the next stage when one has ended; returns false when all stages are done.
 pub(in crate::solver) fn advance(
@@ -64,8 +55,8 @@ pub(in crate::solver) fn advance(
 struct Tried {
     /// The sheet was followed past a limit point.
     followed: bool,
-    /// Attempts in which viscous stabilisation did not converge.
-    lost: usize,
+    /// Viscous stabilisation did not converge. It is not used again: shorter steps have the same difficulty.
+    lost: bool,
     /// Step-size control at the first equilibrium that was unstable or reached by a snap-through.
     doubted: Option<Pace>,
 }
@@ -90,7 +81,7 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
         }
         let (target, patience) = now.next(&sim.stages);
         let all = Patience::UpTo(sim.limits.iterations);
-        let patience = if tried.lost < MAX_STABILISED_ATTEMPTS { patience } else { all };
+        let patience = if tried.lost { all } else { patience };
         let (refused, error) = match attempt_and_judge(sim, now, &tried, target, patience)? {
             Attempt::Accepted(stats) => return Ok(stats),
             Attempt::Refused(found) => (Some(found), None),
@@ -180,7 +171,7 @@ fn try_again(
     target: f64,
     refused: Option<&Found>,
 ) -> Option<NewtonStats> {
-    tried.lost += usize::from(sim.history.len() > MAX_STABILISED_ITERATIONS);
+    tried.lost |= sim.history.len() > CONTINUATION_ITERATIONS_MAX;
     if refused.is_some() {
         tried.doubted.get_or_insert_with(|| now.pace.clone());
     }
@@ -229,7 +220,7 @@ fn past_limit_point(
     lasting: bool,
 ) -> Option<NewtonStats> {
     let stage = &sim.stages[now.plan.stage];
-    let beyond = STEP_BEYOND_RATIO * stage.first();
+    let beyond = LIMIT_POINT_STEP_RATIO * BRANCH_STEP_FACTOR * stage.first();
     let pace = Pace::new(beyond, stage.largest_step, sim.limits.wanted_iterations);
     let near = (now.share + beyond).min(now.next_corner(&sim.stages));
     let lets_go = now.plan.lets_go(&sim.stages);
@@ -237,7 +228,7 @@ fn past_limit_point(
     for (from, target) in ways.into_iter().flatten() {
         sim.history.clear();
         let found = relax(sim, &now.plan, (from, target), &now.endurance, lasting);
-        now.endurance = now.endurance.after(found.is_ok());
+        now.endurance = now.endurance.after(found.is_ok(), sim.limits.iterations);
         if let Ok((stats, lasts)) = found {
             now.doubt.took(Found { lasts, near: true });
             now.share = target;

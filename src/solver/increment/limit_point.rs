@@ -9,35 +9,23 @@
 use super::attempt::{accept, attempt, restore};
 use crate::geometry::{Aabb, Vec3};
 use crate::solver::element::Want;
+use crate::solver::limits::easy_iterations;
 use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
+use crate::solver::numbers::tolerances::NEGLIGIBLE_REL;
 use crate::solver::stage::energy::jumps;
 use crate::solver::stage::plan::Plan;
 use crate::solver::stage::state::{Committed, Simulation};
 use crate::solver::stage::step_size::Endurance;
 use crate::solver::system::damper::Damper;
-use crate::solver::system::damping::{Continuation, GOOD_ITERATIONS, LIMIT_POINT};
+use crate::solver::system::damping::{Continuation, Rules, STIFFNESS_FACTOR};
 use crate::solver::system::regime::Stabilisation;
-use crate::solver::system::softest_motion::Push;
+use crate::solver::system::softest_motion::{Push, SUBSPACE_SIZE};
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 
-/// Maximum iterations of a step.
-const MAX_STEP_ITERATIONS: usize = 12;
-/// Damping force over its previous maximum below which the motion has almost ended.
-const MOTION_OVER_RATIO: f64 = 1e-3;
-/// Damping force over the last internal force above which a continuation step is rejected: advancing tools would work
-/// against the dampers and dent the sheet.
-const DAMPING_FORCE_RATIO_MAX: f64 = 2.0;
-/// Damping over the stiffness of the mesh at which a step hardly moves any node; failure at this value is not due to
-/// the damping.
-const MAX_STIFFNESS: f64 = 100.0;
-/// Minimum damping of a perturbed sheet over the damping at which the perturbation neither grows nor decays. With
-/// less damping the sheet would move in the opposite direction.
-const PUSH_STIFFNESS_RATIO: f64 = 2.0;
-/// Maximum number of successive perturbations, for an equilibrium that is unstable in several motions.
-const MAX_PUSHES: usize = 3;
-/// Maximum displacement of a node over the size of the sheet; beyond it the motion has no equilibrium.
-const RUNAWAY_REL: f64 = 1.0;
+/// Maximum iterations of a step of a viscous motion. A step that needs more is too long; a stiffer one follows the motion
+/// more closely.
+const STEP_ITERATIONS_MAX: usize = 12;
 
 /// Follows the sheet from the last equilibrium to the next one at the fraction `target` of the stage, at any
 /// distance. Also returns whether it is stable, as required with `lasting`. `from` is the fraction of the last
@@ -119,7 +107,8 @@ fn buckle(
     iterations: usize,
 ) -> Result<NewtonStats, NewtonError> {
     let mut total = NewtonStats::default();
-    for _ in 0..MAX_PUSHES {
+    // One perturbation for each motion that is computed: equilibrium may be unstable in several.
+    for _ in 0..SUBSPACE_SIZE {
         sim.sys.evaluate_at_yield()?;
         let push = sim.sys.push();
         sim.sys.evaluate(Want::ResidualAndTangent)?;
@@ -144,10 +133,10 @@ fn follow(
     iterations: usize,
     push: Option<&Push>,
 ) -> Result<NewtonStats, NewtonError> {
-    let mut motion = DampedMotion::new(&sim.sys, push);
+    let mut motion = DampedMotion::new(&sim.sys, sim.limits.wanted_iterations, push);
     let origin = Origin::of(&sim.committed);
     let mut last = f64::NAN;
-    while sim.history.len() < iterations && motion.control.stiffness <= MAX_STIFFNESS {
+    while sim.history.len() < iterations && !motion.control.is_stiffest() {
         // If the last step had the same damping, its motion is extrapolated.
         if motion.control.stiffness != last {
             sim.committed.forget_last();
@@ -177,6 +166,8 @@ fn follow(
 /// State of a viscous motion.
 struct DampedMotion {
     control: Continuation,
+    /// Target number of iterations of an increment.
+    wanted: usize,
     /// Statistics of the converged steps.
     stats: NewtonStats,
     /// Largest damping force at the end of a step [N].
@@ -186,10 +177,12 @@ struct DampedMotion {
 }
 
 impl DampedMotion {
-    fn new(sys: &System, push: Option<&Push>) -> Self {
-        let least = push.map(|push| PUSH_STIFFNESS_RATIO * push.stiffness / sys.scales.tangential);
-        let control = Continuation::new(LIMIT_POINT, least);
-        Self { control, stats: NewtonStats::default(), largest: 0.0, lost: 0 }
+    fn new(sys: &System, wanted: usize, push: Option<&Push>) -> Self {
+        // At the stiffness of the perturbation it neither grows nor decays; below, the sheet would move in the opposite
+        // direction.
+        let least = push.map(|push| STIFFNESS_FACTOR * push.stiffness / sys.scales.tangential);
+        let control = Continuation::new(Rules::LimitPoint { wanted }, least);
+        Self { control, wanted, stats: NewtonStats::default(), largest: 0.0, lost: 0 }
     }
 
     /// Registers a converged step with the remaining damping force `force` [N].
@@ -209,8 +202,8 @@ impl DampedMotion {
     /// not be removed yet. Unless the motion has almost ended, an equilibrium that needs many iterations is not the
     /// one the motion leads to.
     fn iterations_to_rest(&self, force: f64) -> Option<usize> {
-        let over = force <= MOTION_OVER_RATIO * self.largest;
-        let most = if over { MAX_STEP_ITERATIONS } else { GOOD_ITERATIONS };
+        let over = force <= NEGLIGIBLE_REL * self.largest;
+        let most = if over { STEP_ITERATIONS_MAX } else { easy_iterations(self.wanted) };
         self.control.may_release().then_some(most)
     }
 
@@ -235,11 +228,10 @@ impl Origin {
         Self { carried, travels: committed.travels.clone(), u: committed.u.clone() }
     }
 
-    /// Whether the motion leads to no equilibrium: tools advance against dampers with the force `damping` [N], or the
-    /// sheet moves away.
+    /// Whether the motion leads to no equilibrium: the sheet moves away, or tools advance and the force `damping` [N] of
+    /// the dampers exceeds what the sheet carried. Such tools work against the dampers and dent the sheet.
     fn is_lost(&self, sys: &System, damping: f64) -> bool {
-        damping > DAMPING_FORCE_RATIO_MAX * self.carried && goes_ahead(sys, &self.travels)
-            || is_far(sys, &self.u)
+        damping > self.carried && goes_ahead(sys, &self.travels) || is_far(sys, &self.u)
     }
 }
 
@@ -276,7 +268,7 @@ fn step(
     let damper = Damper::new(&sim.sys.body, &sim.sys.u, stiffness);
     let push = push.map(|push| push.forces.clone());
     sim.sys.regime.stabilisation = Stabilisation::Continuation { damper: damper.clone(), push };
-    let found = attempt(sim, plan, [target - 1.0, target], Patience::UpTo(MAX_STEP_ITERATIONS));
+    let found = attempt(sim, plan, [target - 1.0, target], Patience::UpTo(STEP_ITERATIONS_MAX));
     let stats = found.inspect_err(|_| restore(sim))?;
     let sys = &mut sim.sys;
     sys.regime.release();
@@ -299,12 +291,12 @@ fn work_of_travel(sim: &Simulation, old: &Committed) -> f64 {
     sim.share * given.map(work).sum::<f64>()
 }
 
-/// Whether a node has moved by more than the size of the sheet.
+/// Whether a node has moved by more than the size of the sheet; such a motion has no equilibrium.
 fn is_far(sys: &System, from: &[f64]) -> bool {
     let way = sys.u.chunks_exact(3).zip(from.chunks_exact(3)).map(|(now, before)| {
         (Vec3::from_column_slice(now) - Vec3::from_column_slice(before)).norm()
     });
-    way.fold(0.0, f64::max) > RUNAWAY_REL * Aabb::of_points(&sys.body.mesh().nodes).diagonal()
+    way.fold(0.0, f64::max) > Aabb::of_points(&sys.body.mesh().nodes).diagonal()
 }
 
 /// Whether a tool with prescribed travel has moved.

@@ -3,6 +3,7 @@
 use super::record::IterationRecord;
 use crate::geometry::Vec3;
 use crate::solver::limits::Limits;
+use crate::solver::numbers::tolerances::NEGLIGIBLE_REL;
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::{Residual, System};
 
@@ -26,22 +27,20 @@ pub(in crate::solver) fn is_settled(
 /// Whether the residual is due to the rounding of nodal positions: residual and last correction are both within it.
 /// An unconstrained sheet has no reference force, and its supports carry almost nothing. A thin sheet bends under the
 /// rounding of its forces, so its corrections stop decreasing well above rounding. If they stagnate, they may be as
-/// large as a small fraction of the thickness ([`STAGNANT_CORRECTION_REL`]).
+/// large as a small fraction of the thickness ([`NEGLIGIBLE_REL`]).
 fn is_rounding(
     sys: &System,
     residual_force: f64,
     last: Option<&Correction>,
     stagnates: bool,
 ) -> bool {
-    const ROUNDING_FACTOR: f64 = 4.0;
-    const STAGNANT_CORRECTION_REL: f64 = 1e-3;
-    let position_rounding =
-        ROUNDING_FACTOR * f64::EPSILON * sys.lengths.farthest * (sys.u.len() as f64).sqrt();
+    let rounding_of_residual = sys.rounding_of_forces() * (sys.u.len() as f64).sqrt();
+    let position_rounding = rounding_of_residual / sys.scales.normal;
     let is_small = |c: &Correction| {
         size(c) <= position_rounding
-            || (stagnates && largest_move(c) <= STAGNANT_CORRECTION_REL * sys.lengths.shortest_edge)
+            || (stagnates && largest_move(c) <= NEGLIGIBLE_REL * sys.lengths.shortest_edge)
     };
-    residual_force <= sys.scales.normal * position_rounding && last.is_some_and(is_small)
+    residual_force <= rounding_of_residual && last.is_some_and(is_small)
 }
 
 /// Largest nodal displacement of a correction [mm].

@@ -8,21 +8,13 @@
 //! the iterate make the unstable direction stable. About each viscous equilibrium the next one is computed with
 //! weaker forces, until they are removed. Only an equilibrium without viscous forces is accepted.
 
-use super::record::IterationRecord;
+use super::record::{IterationRecord, STAGNATION_RATIO};
 use crate::solver::assembly::ElementFailure;
 use crate::solver::element::Want;
+use crate::solver::numbers::tolerances::{NEAR_EQUILIBRIUM_REL, ROUNDING_REL};
 use crate::solver::system::damper::Damper;
-use crate::solver::system::damping::{CYCLING, Continuation};
+use crate::solver::system::damping::{CONTINUATION_ITERATIONS_MAX, Continuation, Rules};
 use crate::solver::system::system::System;
-
-/// Maximum residual for the detection of cycling; above it other quantities have not converged.
-const CYCLE_RESIDUAL_MAX: f64 = 1e-2;
-/// Ratio of the residuals of two iterates with the same active set below which they do not form a cycle.
-const CYCLE_RESIDUAL_RATIO_MIN: f64 = 0.3;
-/// Viscous stiffness over that of the mesh below which viscous forces are removed regardless of their size.
-const STIFFNESS_MIN: f64 = 1e-10;
-/// Maximum iterations with viscous forces in an increment.
-pub(in crate::solver) const MAX_STABILISED_ITERATIONS: usize = 400;
 
 /// Detects cycling and controls viscous stabilisation in one increment.
 #[derive(Debug, Default)]
@@ -40,7 +32,7 @@ pub(in crate::solver) struct Stabiliser {
 impl Stabiliser {
     /// Whether the active set has occurred before and was changed since or is wrong.
     pub(in crate::solver) fn cycles(&mut self, sys: &System, now: &IterationRecord) -> bool {
-        if now.residual > CYCLE_RESIDUAL_MAX {
+        if now.residual > NEAR_EQUILIBRIUM_REL {
             return false;
         }
         let touching: Vec<usize> = sys.contact.active().map(|(k, _)| k).collect();
@@ -48,7 +40,7 @@ impl Stabiliser {
             |since: usize| self.active_sets[since..].iter().any(|(other, _)| *other != touching);
         let met = |(at, (before, residual)): (usize, &(Vec<usize>, f64))| {
             let changed = now.changes > 0 || others(at);
-            *before == touching && now.residual > CYCLE_RESIDUAL_RATIO_MIN * residual && changed
+            *before == touching && now.residual > STAGNATION_RATIO * residual && changed
         };
         let found = self.active_sets.iter().enumerate().any(met);
         self.active_sets.push((touching, now.residual));
@@ -57,8 +49,9 @@ impl Stabiliser {
 
     /// Whether viscous forces may be set or set again after `iterations`.
     pub(in crate::solver) fn may_stabilise(&self, iterations: usize) -> bool {
-        self.first_iteration
-            .is_none_or(|first_iteration| iterations < first_iteration + MAX_STABILISED_ITERATIONS)
+        self.first_iteration.is_none_or(|first_iteration| {
+            iterations < first_iteration + CONTINUATION_ITERATIONS_MAX
+        })
     }
 
     /// Whether viscous forces were set in this increment.
@@ -78,7 +71,7 @@ impl Stabiliser {
     ) -> Result<(), ElementFailure> {
         self.first_iteration.get_or_insert(iterations);
         let Some(control) = &mut self.control else {
-            self.control = Some(Continuation::new(CYCLING, None));
+            self.control = Some(Continuation::new(Rules::Cycling, None));
             return self.set(sys);
         };
         if sys.regime.is_stabilised() {
@@ -92,7 +85,8 @@ impl Stabiliser {
         self.set(sys)
     }
 
-    /// Reduces the viscous forces about a viscous equilibrium that took `iterations`, or removes them.
+    /// Reduces the viscous forces about a viscous equilibrium that took `iterations`, or removes them: when they are
+    /// small, and at the latest when their stiffness over that of the mesh is rounding.
     ///
     /// # Errors
     /// [`ElementFailure`] if an element cannot be evaluated.
@@ -105,7 +99,7 @@ impl Stabiliser {
         let Some(control) = &mut self.control else { return Ok(()) };
         let force = damper.forces(&sys.u).map(|f| f * f).sum::<f64>().sqrt();
         control.converged(iterations, force);
-        if !control.may_release() && control.stiffness > STIFFNESS_MIN {
+        if !control.may_release() && control.stiffness > ROUNDING_REL {
             return self.set(sys);
         }
         self.mark_state(sys);

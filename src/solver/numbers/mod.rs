@@ -1,7 +1,8 @@
-//! Small tensors, and values in SIMD lanes.
+//! Small tensors, values in SIMD lanes, and the tolerances that several rooms share.
 //!
-//! Used by `element`, `material` and `assembly`.
+//! Tensors and lanes are used by `element`, `material` and `assembly`, tolerances by all rooms.
 
 pub(crate) mod algebra;
 pub(crate) mod lanes;
 pub mod tensor;
+pub(crate) mod tolerances;

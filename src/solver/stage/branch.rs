@@ -4,6 +4,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::numbers::COUNT_MAX;
 
+/// Step over the first one of the stage below which a limit point is assumed, or another branch is no longer searched
+/// for by shorter steps. Five step cuts in succession lead there; that many
+/// failures of ever shorter steps are due to the sheet, not to the iteration.
+pub(in crate::solver) const LIMIT_POINT_STEP_RATIO: f64 = 0.02;
+/// Factor of that step: of the step by which the next equilibrium is sought beyond a limit point, and of the step at
+/// which the next search for another branch ends if one had no success. A step of the size of those that failed
+/// would end at the limit point again, and a search that had no success is repeated with two step cuts fewer.
+pub(in crate::solver) const BRANCH_STEP_FACTOR: f64 = 5.0;
+
 /// Properties of an equilibrium: `lasts` is true if it is stable.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::solver) struct Found {
@@ -30,15 +39,12 @@ pub(in crate::solver) struct Doubt {
 impl Doubt {
     /// Initial state.
     pub(in crate::solver) const NONE: Self =
-        Self { lasted: true, shortest: 0.02, left: 0, pause: 1 };
+        Self { lasted: true, shortest: LIMIT_POINT_STEP_RATIO, left: 0, pause: 1 };
 
     /// Whether the counts are those of a valid run.
     pub(in crate::solver) fn is_sound(&self) -> bool {
         [self.left, self.pause].into_iter().all(|count| count <= COUNT_MAX)
     }
-
-    /// Factor of [`Self::shortest`] after shorter steps have found no other branch; fewer attempts are then made.
-    const RETRY_FACTOR: f64 = 5.0;
 
     /// Whether shorter steps or a perturbation may lead to a stable equilibrium.
     pub(in crate::solver) fn may_find_another(&self) -> bool {
@@ -48,7 +54,7 @@ impl Doubt {
     /// Registers an accepted equilibrium.
     pub(in crate::solver) fn took(&mut self, found: Found) {
         if self.lasted && !(found.lasts && found.near) {
-            self.shortest *= Self::RETRY_FACTOR;
+            self.shortest *= BRANCH_STEP_FACTOR;
         }
         self.lasted = found.lasts;
         if found.lasts {

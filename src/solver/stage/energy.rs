@@ -7,6 +7,16 @@ use crate::geometry::Vec3;
 use crate::solver::contact::candidate::Force;
 use crate::solver::system::system::System;
 
+/// Internal work that the sheet has not stored, over the largest work so far, above which an increment contains a jump
+/// to another equilibrium. A smaller ratio would take the error of the trapezoidal rule for jumps, a larger one would
+/// miss those of a small part of the sheet.
+const JUMP_WORK_REL: f64 = 0.01;
+
+/// Slip over the friction transition above which a node slides throughout an increment: ten times the slip at which
+/// friction reaches Coulomb's force. Up to there friction rises over a tenth of the increment; for less slip the
+/// trapezoidal rule is closer.
+const SLIDING_SLIP_RATIO: f64 = 10.0 * COULOMB_SLIP_RATIO;
+
 /// Work of contact in an increment.
 #[derive(Default)]
 struct ContactWork {
@@ -51,9 +61,6 @@ impl ContactWork {
         sum
     }
 }
-
-/// Slip over the friction transition above which a node slides.
-const SLIDING_SLIP_RATIO: f64 = 10.0 * COULOMB_SLIP_RATIO;
 
 /// Tangential part of a slip; the normal is that of the forces at both ends, or at one.
 fn tangential(before: &Force, now: &Force, slip: &Vec3) -> f64 {
@@ -112,8 +119,6 @@ impl Work {
     /// Internal work that the sheet has not stored, if it indicates a jump to another equilibrium. It must exceed a
     /// fraction of the largest work `done`, and the error due to forces that vary monotonically between both ends.
     fn jump(&self, done: f64) -> Option<f64> {
-        /// Fraction of the work.
-        const JUMP_WORK_REL: f64 = 0.01;
         let lost = self.internal - self.stored;
         let [begin, end] = self.by_ends;
         let least = JUMP_WORK_REL * done.max(self.external.abs()).max(self.internal.abs());

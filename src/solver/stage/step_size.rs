@@ -3,12 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::numbers::COUNT_MAX;
+use crate::solver::limits::easy_iterations;
 use crate::solver::newton::outcome::Patience;
-
-/// Maximum iterations of a viscous motion, initially and at least. Snap-throughs of released sheets take 31 to 45,
-/// strips crushed until they buckle 223 to 810; a sheet without equilibrium never converges.
-const MAX_FOLLOWING_ITERATIONS: usize = 1000;
-const MIN_FOLLOWING_ITERATIONS: usize = 125;
+use crate::solver::system::damping::CONTINUATION_ITERATIONS_MAX;
 
 /// Controls the size of the next step (fraction of the stage).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -53,7 +50,7 @@ impl Pace {
     pub(in crate::solver) fn went_well(&mut self, iterations: usize) {
         let (n, wanted) = (iterations, self.wanted_iterations);
         let factor = match n {
-            n if 4 * n <= 3 * wanted => 1.5,
+            n if n <= easy_iterations(wanted) => 1.5,
             n if 4 * n <= 5 * wanted => 1.2,
             n if 2 * n <= 3 * wanted => 1.1,
             n if n <= 3 * wanted => 1.0,
@@ -72,7 +69,8 @@ impl Pace {
     }
 }
 
-/// Maximum iterations of viscous motions in a stage; halved after each motion that did not converge.
+/// Maximum iterations of viscous motions in a stage; halved after each motion that did not converge, but not below the
+/// limit of a normal increment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(in crate::solver) struct Endurance {
     pub(in crate::solver) iterations: usize,
@@ -80,16 +78,17 @@ pub(in crate::solver) struct Endurance {
 
 impl Endurance {
     /// Initial value.
-    pub(in crate::solver) const FULL: Self = Self { iterations: MAX_FOLLOWING_ITERATIONS };
+    pub(in crate::solver) const FULL: Self = Self { iterations: CONTINUATION_ITERATIONS_MAX };
 
     /// Whether it does not exceed the initial value.
     pub(in crate::solver) fn is_sound(&self) -> bool {
-        self.iterations <= MAX_FOLLOWING_ITERATIONS
+        self.iterations <= CONTINUATION_ITERATIONS_MAX
     }
 
-    /// Value after a viscous motion that has ended in equilibrium (`rest`) or not.
-    pub(in crate::solver) fn after(&self, rest: bool) -> Self {
-        let less = Self { iterations: (self.iterations / 2).max(MIN_FOLLOWING_ITERATIONS) };
-        if rest { Self::FULL } else { less }
+    /// Value after a viscous motion that has ended in equilibrium (`rest`) or not; `least` is the maximum number of
+    /// iterations of an increment.
+    pub(in crate::solver) fn after(&self, rest: bool, least: usize) -> Self {
+        let halved = (self.iterations / 2).max(least.min(self.iterations));
+        if rest { Self::FULL } else { Self { iterations: halved } }
     }
 }

@@ -36,10 +36,6 @@ struct KeptRows {
 
 const NOWHERE: usize = usize::MAX;
 
-/// Conditions applied, and values copied, by one task.
-const CONDITIONS_PER_TASK: usize = 32;
-const COPIED_PER_TASK: usize = 1 << 16;
-
 impl KeptRows {
     fn clear(&mut self) {
         self.nodes.iter().for_each(|&node| self.starts[node] = NOWHERE);
@@ -92,8 +88,9 @@ impl Matrix {
         }
         self.kept.clear();
         if copy {
-            let parts = self.values.par_chunks_mut(COPIED_PER_TASK);
-            let from = tangent.par_chunks(COPIED_PER_TASK);
+            let part = tangent.len().div_ceil(rayon::current_num_threads()).max(1);
+            let parts = self.values.par_chunks_mut(part);
+            let from = tangent.par_chunks(part);
             parts.zip(from).for_each(|(to, from)| to.copy_from_slice(from));
         } else {
             std::mem::swap(&mut self.values, tangent);
@@ -113,8 +110,7 @@ impl Matrix {
             from = range.end;
             tasks.push((c, rows, keep));
         }
-        let tasks = tasks.into_par_iter().with_min_len(CONDITIONS_PER_TASK);
-        tasks.for_each(|(c, rows, keep)| {
+        tasks.into_par_iter().for_each(|(c, rows, keep)| {
             keep.copy_from_slice(rows);
             put(c, pattern, rows);
         });

@@ -9,27 +9,23 @@ use super::damper::shares;
 use super::system::System;
 use crate::geometry::Vec3;
 use crate::solver::linear::pattern::Pattern;
+use crate::solver::numbers::tolerances::{ACCURACY_REL, NEGLIGIBLE_REL, ROUNDING_REL};
 use crate::solver::sheet::rigid_motions::take_free_motions;
 
-/// Dimension of the subspace, and number of inverse iterations.
-const SUBSPACE_SIZE: usize = 4;
+/// Dimension of the subspace of inverse iteration: as many motions may be unstable at once and are told apart.
+pub(in crate::solver) const SUBSPACE_SIZE: usize = 4;
+
+/// Number of inverse iterations. Each reduces the part of a motion outside the subspace by the ratio of its stiffness
+/// to those beyond; only the sign of the lowest stiffness and the shape of its motion are needed, to about a per cent.
 const INVERSE_ITERATIONS: usize = 8;
 
-/// Initial exponent of ten of the shift that makes the matrix positive definite, over the stiffness of the mesh.
-const SHIFT_EXPONENT_MIN: i32 = -10;
-
-/// Ratio of the right-hand sides to those that preserve the length of the motions. Solutions far larger than the
-/// sheet are rejected.
-const RHS_RATIO: f64 = 1e-6;
-
-/// Largest nodal displacement of the perturbation over the thickness.
+/// Largest nodal displacement of the perturbation over the thickness: far above rounding, and far below the
+/// motion that follows, which is of the order of the thickness.
 const PUSH_DISPLACEMENT_REL: f64 = 0.01;
 
-/// Minimum fraction of deformation in a motion that is not rigid (half a wave has 0.19).
+/// Minimum fraction of deformation in a motion that is not rigid. Half a wave has 0.19, a rigid
+/// motion none; half of the former lies between both.
 const BENDING_SHARE_MIN: f64 = 0.1;
-
-/// Ratio to the largest component of the mode above which components count as equal.
-const EQUAL_COMPONENT_RATIO: f64 = 0.999;
 
 /// Perturbation along the softest motion.
 #[derive(Debug, Clone)]
@@ -109,7 +105,9 @@ impl System {
         let mut motions: Vec<Vec<f64>> =
             (0..SUBSPACE_SIZE).map(|seed| disorder(self.u.len(), seed as u64)).collect();
         for _ in 0..INVERSE_ITERATIONS {
-            motions.iter_mut().for_each(|motion| weigh(motion, &masses, RHS_RATIO * shift));
+            // Solutions far larger than the sheet are rejected as those of a singular matrix. So far below the right-hand
+            // sides that preserve the length of the motions, none is.
+            motions.iter_mut().for_each(|motion| weigh(motion, &masses, ACCURACY_REL * shift));
             self.solver.solve_symmetric(&self.matrix.values, &mut motions).ok()?;
             orthonormalise(&mut motions, &masses);
         }
@@ -119,10 +117,10 @@ impl System {
     }
 
     /// Adds the masses to the matrix, times the smallest power of ten of a stiffness [N/mm] for which it is positive
-    /// definite. Inverse iteration then converges to the softest motion.
+    /// definite, from rounding on. Inverse iteration then converges to the softest motion.
     fn make_definite(&mut self, masses: &[f64]) -> Option<f64> {
         let mut shift = 0.0;
-        for power in SHIFT_EXPONENT_MIN..=0 {
+        for power in ROUNDING_REL.log10().round() as i32..=0 {
             let more = self.scales.normal * 10f64.powi(power) - shift;
             let pattern = self.body.pattern();
             for unknown in 0..pattern.dim() {
@@ -141,7 +139,7 @@ impl System {
         let largest = largest_of(&mode);
         let mut ways = mode.chunks_exact(3).map(Vec3::from_column_slice);
         let first =
-            ways.position(|way| way.norm() > EQUAL_COMPONENT_RATIO * largest).unwrap_or_default();
+            ways.position(|way| way.norm() > (1.0 - NEGLIGIBLE_REL) * largest).unwrap_or_default();
         let up = self.across(first).dot(&Vec3::from_column_slice(&mode[3 * first..3 * first + 3]));
         let way = PUSH_DISPLACEMENT_REL * self.body.mesh().mean_thickness();
         let factor = if up < 0.0 { -1.0 } else { 1.0 } * way * stiffness / largest;

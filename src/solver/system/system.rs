@@ -19,6 +19,7 @@ use crate::solver::contact::face_penetration::Penetration;
 use crate::solver::contact::frame::{Scales, can_touch};
 use crate::solver::element::Want;
 use crate::solver::linear::{CheckedSolver, LinearError, NodeRows};
+use crate::solver::numbers::tolerances::ROUNDING_REL;
 use crate::solver::sheet::sizes::{Lengths, edge_lengths};
 use crate::solver::sheet::supports::Constraints;
 use crate::solver::tools::role::Role;
@@ -209,7 +210,7 @@ impl System {
         self.scales = Scales {
             normal: positive(most),
             tangential: positive(least),
-            rounding: 1e-10 * self.lengths.shortest_edge,
+            rounding: ROUNDING_REL * self.lengths.shortest_edge,
             compliance: stiffness.map_or(0.0, |s| 1.0 / (s * positive(most))),
         };
     }

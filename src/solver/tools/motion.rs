@@ -1,5 +1,7 @@
 //! Motions of tools over a stage.
 
+use crate::solver::numbers::tolerances::NEGLIGIBLE_REL;
+
 /// Piecewise linear curve over the fraction of the time of a stage, 0 to 1; constant beyond its ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
@@ -50,12 +52,11 @@ impl Curve {
         if self.points.is_empty() { [0.0; 2] } else { all }
     }
 
-    /// Fractions inside the stage at which the slope of the curve changes. Points within a tolerance of a straight
-    /// line, as in a dense table of a smooth curve, are not corners.
+    /// Fractions inside the stage at which the slope of the curve changes. Points within [`NEGLIGIBLE_REL`] of
+    /// the extent of the curve from a straight line, as in a dense table of a smooth curve, are not corners.
     pub(in crate::solver) fn corners(&self) -> Vec<f64> {
-        const CORNER_TOLERANCE_REL: f64 = 1e-3;
         let [low, high] = self.extent();
-        let tolerance = CORNER_TOLERANCE_REL * (high - low);
+        let tolerance = NEGLIGIBLE_REL * (high - low);
         let mut out = Vec::new();
         let mut points = self.points.iter();
         let Some(mut from) = points.next() else { return out };
@@ -80,12 +81,17 @@ impl Curve {
         out
     }
 
-    /// One-sided slopes just before and just after `fraction`.
+    /// Slopes of the lines that end and begin at `fraction`; both are that of the line around it if it is no point of
+    /// the curve.
     pub(in crate::solver) fn rates(&self, fraction: f64) -> [f64; 2] {
-        const RATE_STEP: f64 = 1e-6;
-        let now = self.at(fraction);
-        [now - self.at(fraction - RATE_STEP), self.at(fraction + RATE_STEP) - now]
-            .map(|change| change / RATE_STEP)
+        let ends = [
+            self.points.partition_point(|p| p.0 < fraction),
+            self.points.partition_point(|p| p.0 <= fraction),
+        ];
+        ends.map(|end| match (end.checked_sub(1).map(|k| self.points[k]), self.points.get(end)) {
+            (Some((t0, v0)), Some(&(t1, v1))) => (v1 - v0) / (t1 - t0),
+            _ => 0.0,
+        })
     }
 
     /// Value at `fraction` of the stage.
@@ -149,6 +155,10 @@ mod tests {
         assert_eq!(Curve::new(vec![]).at(0.3), 0.0);
         assert_eq!(Curve::to(4.0).starting_at(2.0), Curve::ramp(2.0, 4.0));
         assert_eq!(c.starting_at(2.0), c);
+        let rates = [0.0, 0.25, 0.5, 1.0].map(|fraction| Curve::ramp(1.0, 3.0).rates(fraction));
+        assert_eq!(rates, [[0.0, 2.0], [2.0, 2.0], [2.0, 2.0], [2.0, 0.0]]);
+        let bent = Curve::new(vec![(0.0, 0.0), (0.5, 1.0), (1.0, -1.0)]);
+        assert_eq!(bent.rates(0.5), [2.0, -4.0]);
     }
 
     #[test]

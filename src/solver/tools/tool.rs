@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::way::distance_along;
+use super::way::{FACING_COS_MIN, distance_along};
 use crate::contact::{Projection, ToolSurface};
 use crate::geometry::{Aabb, Vec3};
 use crate::solver::sheet::hex_mesh::HexMesh;
@@ -61,14 +61,9 @@ pub struct ToolSetup {
     pub stop: Option<f64>,
 }
 
-/// Cosine between the direction of a tool and a normal below which the surface is a wall parallel to the direction.
-const WALL_NORMAL_COS: f64 = 1e-3;
-
 impl ToolSetup {
     /// Message for a tool that cannot be placed at the nodes `points` [mm]: probable cause and remedy.
     pub(in crate::solver) fn placement_remedy(&self, points: &[Vec3]) -> String {
-        /// Ratio of sizes above which one of them has probably another unit.
-        const UNIT_RATIO: f64 = 100.0;
         let mut message = if self.looks_back() {
             "its foremost faces look away from the sheet: turn their normals round, or its `direction`, which points towards the sheet"
         } else {
@@ -76,11 +71,9 @@ impl ToolSetup {
         }
         .to_owned();
         let [sheet, own] = [Aabb::of_points(points), self.surface.bounds()].map(|b| b.diagonal());
-        if (sheet / own).max(own / sheet) >= UNIT_RATIO {
-            message += &format!(
-                ". The sheet is {sheet:.3} mm across and the tool {own:.3} mm: check the units"
-            );
-        }
+        message += &format!(
+            ". The sheet is {sheet:.3} mm across and the tool {own:.3} mm; both must be in millimetres"
+        );
         message
     }
 
@@ -188,7 +181,7 @@ impl Tool {
                 .map(|x| {
                     let foot = self.within(x, None, radius_ratio * size);
                     let rate = foot.normal.dot(&self.setup.direction);
-                    let is_wall = foot.gap > 0.0 && rate < WALL_NORMAL_COS;
+                    let is_wall = foot.gap > 0.0 && rate < FACING_COS_MIN;
                     let gap = if foot.past_border || is_wall { f64::INFINITY } else { foot.gap };
                     (gap, rate)
                 })

@@ -4,19 +4,13 @@ use std::collections::HashMap;
 
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec3};
+use crate::solver::numbers::tolerances::ROUNDING_REL;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::tools::tool::SheetSide;
 
 /// Local nodes of the faces of an element, counter-clockwise seen from outside.
 const FACES: [[usize; 4]; 6] =
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
-/// Distance of foot points that count as equal, over the length of a face: foot points on a common side of two faces.
-const FOOT_TOLERANCE_REL: f64 = 1e-9;
-/// Minimum cosine between the offset of a point and the face normal for the point to lie behind the face; otherwise
-/// it lies beside it.
-const BEHIND_COS: f64 = 0.5;
-/// As [`BEHIND_COS`] at the free border of the faces, where points not exactly behind the face lie beside the sheet.
-const BEHIND_BORDER_COS: f64 = 1.0 - 1e-9;
 
 /// A face: its nodes, counter-clockwise seen from outside, and which of its sides are on the free border.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,12 +98,13 @@ impl<'a> Faces<'a> {
         };
         self.tree.nearest(p, reach * reach, |k, _| {
             self.update_closest(k as usize, p, &mut best);
-            best.square * (1.0 + FOOT_TOLERANCE_REL)
+            best.square * (1.0 + ROUNDING_REL)
         });
         let Some(out) = best.normal.try_normalize(0.0) else { return 0.0 };
         let offset = best.foot - p;
         let depth = offset.norm();
-        let behind = if best.border { BEHIND_BORDER_COS } else { BEHIND_COS };
+        // A point whose foot is on the free border lies beside the sheet, unless it is exactly behind the border.
+        let behind = if best.border { 1.0 - ROUNDING_REL } else { 0.0 };
         if normal.dot(&out) < 0.0 && offset.dot(&out) > behind * depth { depth } else { 0.0 }
     }
 
@@ -119,14 +114,14 @@ impl<'a> Faces<'a> {
         let (foot, at) = closest(corners, p);
         let square = (foot - p).norm_squared();
         let length = (corners[2] - corners[0]).norm();
-        let same = FOOT_TOLERANCE_REL * length * (length + best.square.sqrt());
+        let same = ROUNDING_REL * length * (length + best.square.sqrt());
         if square > best.square + same {
             return;
         }
         let normal = normal(corners, at).try_normalize(0.0).unwrap_or_default();
         let border = self.is_on_border(k, at);
-        let shared = best.normal != Vec3::zeros()
-            && (foot - best.foot).norm() <= FOOT_TOLERANCE_REL * length;
+        let shared =
+            best.normal != Vec3::zeros() && (foot - best.foot).norm() <= ROUNDING_REL * length;
         if shared {
             best.normal += normal;
             best.border &= border;
@@ -161,33 +156,40 @@ fn normal(corners: &[Vec3; 4], at: [f64; 2]) -> Vec3 {
     a.cross(&b)
 }
 
-/// Closest point of a bilinear surface and its parameters in the unit square. Gauss-Newton steps from the centre
-/// alternate with exact minimisation along each parameter, in which the surface is linear.
+/// Closest point of a bilinear surface and its parameters in the unit square. Gauss-Newton steps from the centre, each
+/// followed by exact minimisation along both parameters, in which the surface is linear, until the distance no longer
+/// decreases.
 fn closest(corners: &[Vec3; 4], p: &Vec3) -> (Vec3, [f64; 2]) {
-    /// Iterations: a face warped by less than its length converges to rounding in a few.
-    const ITERATIONS_MAX: usize = 8;
-    let mut at = [0.5, 0.5];
-    for _ in 0..ITERATIONS_MAX {
-        let r = p - point(corners, at);
-        let [a, b] = tangents(corners, at);
-        let (aa, ab, bb) = (a.dot(&a), a.dot(&b), b.dot(&b));
-        let (ra, rb) = (r.dot(&a), r.dot(&b));
-        let det = aa * bb - ab * ab;
-        let step = if det > 1e-12 * aa * bb {
-            [(bb * ra - ab * rb) / det, (aa * rb - ab * ra) / det]
-        } else {
-            [0.0, 0.0]
-        };
-        let next = [0, 1].map(|k| (at[k] + step[k]).clamp(0.0, 1.0));
-        if next == at {
-            break;
-        }
-        at = next;
-        for axis in [0, 1] {
+    let square = |at: [f64; 2]| (p - point(corners, at)).norm_squared();
+    let along_both = |from: [f64; 2]| {
+        [0, 1].into_iter().fold(from, |mut at, axis| {
             at[axis] = minimise_along(corners, p, at, axis);
-        }
+            at
+        })
+    };
+    let mut at = [0.5, 0.5];
+    let mut least = square(at);
+    loop {
+        // A Gauss-Newton step may overshoot on a warped face; minimisation alone cannot.
+        let trials = [gauss_newton(corners, p, at), at].map(along_both);
+        let Some(next) = trials.into_iter().find(|next| square(*next) < least) else { break };
+        (at, least) = (next, square(next));
     }
     (point(corners, at), at)
+}
+
+/// Parameters after a Gauss-Newton step, within the unit square; unchanged where the surface is degenerate.
+fn gauss_newton(corners: &[Vec3; 4], p: &Vec3, at: [f64; 2]) -> [f64; 2] {
+    let r = p - point(corners, at);
+    let [a, b] = tangents(corners, at);
+    let (aa, ab, bb) = (a.dot(&a), a.dot(&b), b.dot(&b));
+    let (ra, rb) = (r.dot(&a), r.dot(&b));
+    let det = aa * bb - ab * ab;
+    if det <= 1e-12 * aa * bb {
+        return at;
+    }
+    let step = [(bb * ra - ab * rb) / det, (aa * rb - ab * ra) / det];
+    [0, 1].map(|k| (at[k] + step[k]).clamp(0.0, 1.0))
 }
 
 /// Minimiser of the distance along one parameter with the other fixed.

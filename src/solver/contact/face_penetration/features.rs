@@ -11,19 +11,18 @@ use rayon::prelude::*;
 
 use crate::contact::ToolSurface;
 use crate::geometry::{Aabb, Vec3};
+use crate::solver::numbers::tolerances::ACCURACY_REL;
 use crate::tool::Patch;
 
 /// Convex radius over the element length below which a patch is sampled. A face of width w on a radius of 2 w
 /// penetrates by w/16 at its middle. The points of the face find this depth to within a quarter, for any contact
 /// point of the arc.
 const SAMPLED_RADIUS_REL: f64 = 2.0;
-/// Spacing of samples over the element length, and angle between their normals [rad]. They find the depth of an arc
-/// to 0.2 % of its radius; half of each needs up to four times as many points.
+/// Spacing of samples over the element length. Normals rotate between samples by no more than over this spacing on
+/// the largest sampled radius. Samples find the depth of an arc to 0.2 % of its radius; half the spacing needs up to
+/// four times as many points.
 const SAMPLE_SPACING_REL: f64 = 0.25;
-const SAMPLE_ANGLE_MAX: f64 = 0.125;
-/// Cosine of the angle between the normals of two patches below which their common side is an edge (1 degree).
-const EDGE_NORMAL_COS: f64 = 0.9998;
-/// Maximum number of samples of a tool, 48 bytes each; beyond, the spacing is increased.
+/// Maximum number of samples of a tool, 48 bytes each (24 MB); beyond, the spacing is increased.
 const SAMPLES_MAX: f64 = 5e5;
 
 /// Sample points with the normals of their patches, in the frame of the tool [mm].
@@ -82,10 +81,8 @@ fn on_side(patch: &Patch, k: usize, t: f64) -> [f64; 2] {
 
 /// Sides of every patch on the border of the tool or at an edge, identified by their midpoints.
 fn sharp_sides(patches: &[Patch], searchable: &[bool], bounds: Aabb) -> Vec<[bool; 4]> {
-    /// Size of the cells that identify equal midpoints, over the size of the tool. A midpoint on the border of two
-    /// cells gives one side too many.
-    const MIDPOINT_CELL_REL: f64 = 1e-6;
-    let cell = (MIDPOINT_CELL_REL * bounds.diagonal()).max(f64::MIN_POSITIVE);
+    // Cells of this size identify equal midpoints. A midpoint on the border of two cells gives one side too many.
+    let cell = (ACCURACY_REL * bounds.diagonal()).max(f64::MIN_POSITIVE);
     let middle = |patch: usize, side: usize| {
         let [eta, zeta] = on_side(&patches[patch], side, 0.5);
         let x = patches[patch].derivs(eta, zeta).s;
@@ -101,16 +98,22 @@ fn sharp_sides(patches: &[Patch], searchable: &[bool], bounds: Aabb) -> Vec<[boo
     }
     let mut out = vec![[false; 4]; patches.len()];
     for sides in found.values() {
-        let smooth = sides.len() == 2 && sides[0].2.dot(&sides[1].2) > EDGE_NORMAL_COS;
+        let smooth = sides.len() == 2 && sides[0].2.dot(&sides[1].2) > sample_angle().cos();
         sides.iter().for_each(|(patch, side, _)| out[*patch][*side] = !smooth);
     }
     out
 }
 
+/// Largest angle between the normals of two samples, and between those of two patches whose common side is no edge
+/// [rad]: that of the spacing on the largest sampled radius.
+fn sample_angle() -> f64 {
+    SAMPLE_SPACING_REL / SAMPLED_RADIUS_REL
+}
+
 /// Number of sampling intervals for a line of the given length and rotation of the normal.
 fn steps(length: f64, rotation: f64, longest_edge: f64) -> f64 {
     (length / (SAMPLE_SPACING_REL * longest_edge))
-        .max(rotation / SAMPLE_ANGLE_MAX)
+        .max(rotation / sample_angle())
         .ceil()
         .clamp(1.0, SAMPLES_MAX)
 }

@@ -2,10 +2,8 @@
 //! restored.
 
 use super::loose_sheet::{Way, carry, lay};
-use crate::geometry::Vec3;
 use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
 use crate::solver::newton::solve::solve;
-use crate::solver::sheet::rigid_motions::nearest_free;
 use crate::solver::stage::energy::add_work;
 use crate::solver::stage::plan::Plan;
 use crate::solver::stage::start::{add_loads, set_targets};
@@ -112,26 +110,12 @@ pub(in crate::solver) fn accept(sim: &mut Simulation, step: Option<f64>) -> bool
     jumped
 }
 
-/// Moves an unconstrained sheet as a rigid body to the position closest to that at the start of the stage, so that
-/// the choice of its supports has no effect.
-pub(in crate::solver) fn lay_down(sim: &mut Simulation, plan: &Plan) {
-    let sys = &mut sim.sys;
-    if !plan.is_free() || sys.applied.iter().any(|&force| force != 0.0) {
-        return;
+/// Moves a sheet without tools and loads to the position closest to that at the start of the stage.
+pub(in crate::solver) fn place_at_rest(sim: &mut Simulation, plan: &Plan) {
+    if plan.is_free() && sim.sys.is_without_loads() {
+        sim.sys.move_closest_to(&plan.unsupported);
+        sim.committed = Committed::of(&sim.sys);
     }
-    let now: Vec<Vec3> = (0..sys.node_count()).map(|node| sys.position(node)).collect();
-    let before = plan.unsupported.chunks_exact(3).map(Vec3::from_column_slice).enumerate();
-    let then: Vec<Vec3> = before.map(|(node, u)| now[node] - sys.displacement(node) + u).collect();
-    let (turn, shift) = nearest_free(&sim.held, &now, &then);
-    for (node, x) in now.iter().enumerate() {
-        let at = 3 * node..3 * node + 3;
-        let moved = sys.displacement(node) + (turn * x + shift - x);
-        sys.u[at.clone()].copy_from_slice(moved.as_slice());
-        let force = &mut sys.eval.internal_force[at];
-        let turned = turn * Vec3::from_column_slice(force);
-        force.copy_from_slice(turned.as_slice());
-    }
-    sim.committed = Committed::of(sys);
 }
 
 /// Restores the last converged state.

@@ -1,15 +1,21 @@
-//! Free rigid-body motions of an unconstrained sheet: between two stages, or carried by a tool without resistance.
+//! Free rigid-body motions of the sheet: before a tool reaches it, carried by a tool without resistance, or released.
 //!
-//! Without loads no force acts along the free rigid-body motions, and the sheet does not move along them until a tool
-//! carries it. The matrix is singular for these motions, and rounding would determine them. As many components as
-//! necessary are therefore held in a correction. The residual does not contain these supports, which carry nothing.
-//! The forces of released tools are self-equilibrated except for the motion of the sheet while they decrease; the
-//! supports carry only this remainder.
+//! Equilibrium does not determine the position of a sheet along its free motions. Of the equilibria that differ by
+//! such a motion, the one closest to a reference position is taken (least squares over the nodes):
+//!
+//! 1. The matrix is singular for the free motions. As many components as necessary are held in a correction
+//!    ([`System::floating`]). The residual does not contain these supports. They carry nothing, or what the forces of
+//!    released tools and the loads lack in equilibrium with each other as the sheet deforms.
+//! 2. A predicted increment contains no free motion ([`System::stop_floating`]).
+//! 3. A sheet on which no force acts any more is moved to its reference position as a rigid body
+//!    ([`System::move_closest_to`]). The reference is the start of a stage without tools, and otherwise the last
+//!    equilibrium.
 
 use super::system::System;
 use crate::geometry::{Mat3, Vec3};
 use crate::solver::contact::condition::Condition;
-use crate::solver::sheet::rigid_motions::{take_free_motions, unsupported};
+use crate::solver::sheet::rigid_motions::{nearest_free, take_free_motions, unsupported};
+use crate::solver::tools::role::Role;
 
 /// Minimum frictional stiffness of a support, over that of the mesh; less cannot be distinguished from rounding.
 const FRICTION_STIFFNESS_REL: f64 = 1e-10;
@@ -20,16 +26,29 @@ impl System {
         self.applied.iter().all(|&force| force == 0.0)
     }
 
+    /// Whether any tool is present.
+    pub(in crate::solver) fn has_tools(&self) -> bool {
+        self.roles.iter().any(|role| *role != Role::Absent)
+    }
+
     /// Components (node and axis) held in the next correction; `touching` are the conditions of the nodes in contact.
+    /// Among tools, dampers and loads determine the position of the sheet.
     pub(in crate::solver) fn floating(
         &self,
         touching: &[Option<Condition>],
     ) -> Vec<(usize, usize)> {
-        if self.regime.is_stabilised() || self.regime.loads {
+        if self.has_tools() && (self.regime.is_stabilised() || self.regime.loads) {
             return Vec::new();
         }
         let supports = touching.iter().flatten().flat_map(|c| self.supports(c));
         unsupported(&self.constraints, &self.positions(), supports)
+    }
+
+    /// Removes the supported components of a node from the projector onto its free directions.
+    pub(in crate::solver) fn free_of_supports(&self, node: usize, mut free: Mat3) -> Mat3 {
+        let supported = self.still.iter().filter(|(at, _)| *at == node);
+        supported.for_each(|&(_, axis)| free[(axis, axis)] = 0.0);
+        free
     }
 
     /// Removes from `moves`, the displacements of the last increment, the rigid-body motions that are unconstrained.
@@ -41,6 +60,23 @@ impl System {
         let touching = self.conditions.iter().filter(|c| c.candidate.is_some());
         let supports = touching.flat_map(|c| self.supports(c));
         take_free_motions(&self.constraints, &self.positions(), supports, moves);
+    }
+
+    /// Moves the sheet as a rigid body, with its internal forces, to the position closest to the displacements
+    /// `reference` (three for each node): least squares over the nodes, as far as the constraints permit.
+    pub(in crate::solver) fn move_closest_to(&mut self, reference: &[f64]) {
+        let now = self.positions();
+        let moved = reference.chunks_exact(3).map(Vec3::from_column_slice);
+        let then: Vec<Vec3> = self.body.mesh().nodes.iter().zip(moved).map(|(x, u)| x + u).collect();
+        let (turn, shift) = nearest_free(&self.constraints, &now, &then);
+        for (node, x) in now.iter().enumerate() {
+            let at = 3 * node..3 * node + 3;
+            let u = self.displacement(node) + (turn * x + shift - x);
+            self.u[at.clone()].copy_from_slice(u.as_slice());
+            let force = &mut self.eval.internal_force[at];
+            let turned = turn * Vec3::from_column_slice(force);
+            force.copy_from_slice(turned.as_slice());
+        }
     }
 
     /// Directions in which a tool supports a node: the normal, and tangents with friction that has a normal force.

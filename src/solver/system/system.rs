@@ -31,8 +31,6 @@ pub(in crate::solver) struct System {
     pub(in crate::solver) cancel: Cancel,
     pub(in crate::solver) body: Body,
     pub(in crate::solver) constraints: Constraints,
-    /// Prescribed positions of held components (three for each node) [mm].
-    pub(in crate::solver) held_at: Vec<f64>,
     pub(in crate::solver) tools: Vec<Tool>,
     pub(in crate::solver) roles: Vec<Role>,
     pub(in crate::solver) stops: Vec<Stop>,
@@ -111,7 +109,6 @@ impl System {
             penetration,
             u: vec![0.0; n],
             applied: vec![0.0; n],
-            held_at: vec![0.0; n],
             eval: Evaluation::default(),
             regime: Regime::default(),
             conditions: Vec::new(),
@@ -244,6 +241,7 @@ impl System {
         self.still = self.floating(&touching);
         self.conditions.clear();
         let mut residual = Residual::default();
+        let unbalanced_loads = !self.is_without_loads();
         let (mut worst, mut squares, mut supports) = (0.0, 0.0, 0.0);
         for (node, condition) in touching.into_iter().enumerate() {
             let r = self.force_at(node);
@@ -253,8 +251,11 @@ impl System {
             let still = self.still.iter().any(|(at, _)| *at == node);
             let plain = condition.is_none() && !still && self.constraints.is_free(node);
             let mut condition = condition.unwrap_or_else(|| untouched(node, &r, &free));
-            if self.regime.released_forces {
-                self.still.iter().filter(|s| s.0 == node).for_each(|s| condition.force[s.1] = 0.0);
+            if unbalanced_loads {
+                let supported = self.still.iter().filter(|s| s.0 == node).map(|s| s.1);
+                supported.for_each(|axis| {
+                    supports += std::mem::take(&mut condition.force[axis]).powi(2);
+                });
             }
             let unbalanced = condition.force.norm_squared();
             squares += unbalanced;
@@ -295,8 +296,7 @@ impl System {
     /// Adds held components of a node, and those held in the correction, to its condition.
     fn support(&self, condition: &mut Condition, free: &Mat3) {
         let node = condition.node;
-        let held = Vec3::from_column_slice(&self.held_at[3 * node..3 * node + 3]);
-        hold(condition, free, &(self.displacement(node) - held), self.scales);
+        hold(condition, free, &self.displacement(node), self.scales);
         for (_, axis) in self.still.iter().filter(|(at, _)| *at == node) {
             condition.stand_still(*axis, self.scales.normal);
         }

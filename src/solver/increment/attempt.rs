@@ -1,7 +1,7 @@
 //! One attempt at an increment: predict, set tools and loads, solve. The state is then accepted with its work, or
 //! restored.
 
-use super::loose_sheet::{Way, carry, lay};
+use super::loose_sheet::{Way, carry, reposition};
 use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
 use crate::solver::newton::solve::solve;
 use crate::solver::stage::energy::add_work;
@@ -42,8 +42,8 @@ pub(in crate::solver) fn attempt(
         if let Some(error) = lost {
             return Err(error);
         }
-        if !idle && let Some(laid) = lay(sim)? {
-            found = found.and(laid);
+        if !idle && let Some(moved) = reposition(sim)? {
+            found = found.and(moved);
         }
     }
     checked(&sim.sys, found)
@@ -102,7 +102,7 @@ pub(in crate::solver) fn accept(sim: &mut Simulation, step: Option<f64>) -> bool
     let old = &sim.committed;
     let last = step.map(|step| {
         let mut du: Vec<f64> = sys.u.iter().zip(&old.u).map(|(a, b)| a - b).collect();
-        sys.stop_floating(&mut du);
+        sys.remove_free_motions(&mut du);
         let travels = sys.tools.iter().zip(&old.travels).map(|(t, b)| t.travel - b).collect();
         (step, du, travels)
     });

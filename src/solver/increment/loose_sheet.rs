@@ -132,9 +132,11 @@ pub(in crate::solver) fn carry(
 }
 
 /// Repositions an unconstrained sheet that loses its last contact force in an increment, independent of the iterates.
-/// It is moved as a rigid body to the position closest to the last one, then out of the path of its tools. `None` if
+/// It is moved to the position closest to the last one, then out of the path of its tools. `None` if
 /// no equilibrium is found; the state on entry is then restored.
-pub(in crate::solver) fn lay(sim: &mut Simulation) -> Result<Option<NewtonStats>, NewtonError> {
+pub(in crate::solver) fn reposition(
+    sim: &mut Simulation,
+) -> Result<Option<NewtonStats>, NewtonError> {
     let sys = &mut sim.sys;
     let (u, contact) = (sys.u.clone(), sys.contact.clone());
     sys.move_closest_to(&sim.committed.u);

@@ -4,9 +4,9 @@
 //! such a motion, the one closest to a reference position is taken (least squares over the nodes):
 //!
 //! 1. The matrix is singular for the free motions. As many components as necessary are held in a correction
-//!    ([`System::floating`]). The residual does not contain these supports. They carry nothing, or what the forces of
-//!    released tools and the loads lack in equilibrium with each other as the sheet deforms.
-//! 2. A predicted increment contains no free motion ([`System::stop_floating`]).
+//!    ([`System::find_rigid_supports`]). The residual does not contain these supports. They carry nothing, or the small
+//!    resultant that loads and forces of released tools have as the sheet deforms.
+//! 2. A predicted increment contains no free motion ([`System::remove_free_motions`]).
 //! 3. A sheet on which no force acts any more is moved to its reference position as a rigid body
 //!    ([`System::move_closest_to`]). The reference is the start of a stage without tools, and otherwise the last
 //!    equilibrium.
@@ -33,7 +33,7 @@ impl System {
 
     /// Components (node and axis) held in the next correction; `touching` are the conditions of the nodes in contact.
     /// Among tools, dampers and loads determine the position of the sheet.
-    pub(in crate::solver) fn floating(
+    pub(in crate::solver) fn find_rigid_supports(
         &self,
         touching: &[Option<Condition>],
     ) -> Vec<(usize, usize)> {
@@ -46,15 +46,28 @@ impl System {
 
     /// Removes the supported components of a node from the projector onto its free directions.
     pub(in crate::solver) fn free_of_supports(&self, node: usize, mut free: Mat3) -> Mat3 {
-        let supported = self.still.iter().filter(|(at, _)| *at == node);
-        supported.for_each(|&(_, axis)| free[(axis, axis)] = 0.0);
+        self.rigid_supports_of(node).for_each(|axis| free[(axis, axis)] = 0.0);
         free
+    }
+
+    /// Components of a node held in the next correction.
+    pub(in crate::solver) fn rigid_supports_of(&self, node: usize) -> impl Iterator<Item = usize> {
+        self.rigid_supports.iter().filter(move |(at, _)| *at == node).map(|(_, axis)| *axis)
+    }
+
+    /// Removes from the residual force of a node what its supports carry, and returns it.
+    pub(in crate::solver) fn take_carried(&self, condition: &mut Condition) -> Vec3 {
+        let mut carried = Vec3::zeros();
+        for axis in self.rigid_supports_of(condition.node) {
+            carried[axis] = std::mem::take(&mut condition.force[axis]);
+        }
+        carried
     }
 
     /// Removes from `moves`, the displacements of the last increment, the rigid-body motions that are unconstrained.
     /// A sheet that a tool has carried or lost must not continue to move.
-    pub(in crate::solver) fn stop_floating(&self, moves: &mut [f64]) {
-        if self.still.is_empty() {
+    pub(in crate::solver) fn remove_free_motions(&self, moves: &mut [f64]) {
+        if self.rigid_supports.is_empty() {
             return;
         }
         let touching = self.conditions.iter().filter(|c| c.candidate.is_some());
@@ -67,7 +80,8 @@ impl System {
     pub(in crate::solver) fn move_closest_to(&mut self, reference: &[f64]) {
         let now = self.positions();
         let moved = reference.chunks_exact(3).map(Vec3::from_column_slice);
-        let then: Vec<Vec3> = self.body.mesh().nodes.iter().zip(moved).map(|(x, u)| x + u).collect();
+        let then: Vec<Vec3> =
+            self.body.mesh().nodes.iter().zip(moved).map(|(x, u)| x + u).collect();
         let (turn, shift) = nearest_free(&self.constraints, &now, &then);
         for (node, x) in now.iter().enumerate() {
             let at = 3 * node..3 * node + 3;
@@ -103,7 +117,7 @@ impl System {
 
 impl Condition {
     /// Holds a component in the correction. The residual force is not changed.
-    pub(in crate::solver) fn stand_still(&mut self, axis: usize, stiffness: f64) {
+    pub(in crate::solver) fn hold_in_correction(&mut self, axis: usize, stiffness: f64) {
         let along = Vec3::ith(axis, 1.0);
         let own = along * along.transpose();
         self.a = (Mat3::identity() - own) * self.a;

@@ -45,7 +45,7 @@ pub(in crate::solver) struct System {
     pub(in crate::solver) regime: Regime,
     pub(in crate::solver) conditions: Vec<Condition>,
     /// Components held in the next correction, since the sheet is unconstrained ([`super::free_motions`]).
-    pub(in crate::solver) still: Vec<(usize, usize)>,
+    pub(in crate::solver) rigid_supports: Vec<(usize, usize)>,
     pub(in crate::solver) scales: Scales,
     pub(in crate::solver) lengths: Lengths,
     pub(in crate::solver) timings: Timings,
@@ -112,7 +112,7 @@ impl System {
             eval: Evaluation::default(),
             regime: Regime::default(),
             conditions: Vec::new(),
-            still: Vec::new(),
+            rigid_supports: Vec::new(),
             scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0, compliance: 0.0 },
             timings: Timings::default(),
             solver,
@@ -238,24 +238,21 @@ impl System {
     pub(in crate::solver) fn assemble(&mut self) -> Residual {
         let start = Instant::now();
         let touching = self.touching_conditions();
-        self.still = self.floating(&touching);
+        self.rigid_supports = self.find_rigid_supports(&touching);
         self.conditions.clear();
         let mut residual = Residual::default();
-        let unbalanced_loads = !self.is_without_loads();
+        let has_loads = !self.is_without_loads();
         let (mut worst, mut squares, mut supports) = (0.0, 0.0, 0.0);
         for (node, condition) in touching.into_iter().enumerate() {
             let r = self.force_at(node);
             let free = self.constraints.free_projector(node);
-            let supported = if condition.is_some() { r } else { r - free * r };
-            supports += supported.norm_squared();
-            let still = self.still.iter().any(|(at, _)| *at == node);
-            let plain = condition.is_none() && !still && self.constraints.is_free(node);
+            let carried = if condition.is_some() { r } else { r - free * r };
+            supports += carried.norm_squared();
+            let supported = self.rigid_supports_of(node).next().is_some();
+            let plain = condition.is_none() && !supported && self.constraints.is_free(node);
             let mut condition = condition.unwrap_or_else(|| untouched(node, &r, &free));
-            if unbalanced_loads {
-                let supported = self.still.iter().filter(|s| s.0 == node).map(|s| s.1);
-                supported.for_each(|axis| {
-                    supports += std::mem::take(&mut condition.force[axis]).powi(2);
-                });
+            if has_loads {
+                supports += self.take_carried(&mut condition).norm_squared();
             }
             let unbalanced = condition.force.norm_squared();
             squares += unbalanced;
@@ -297,8 +294,8 @@ impl System {
     fn support(&self, condition: &mut Condition, free: &Mat3) {
         let node = condition.node;
         hold(condition, free, &self.displacement(node), self.scales);
-        for (_, axis) in self.still.iter().filter(|(at, _)| *at == node) {
-            condition.stand_still(*axis, self.scales.normal);
+        for axis in self.rigid_supports_of(node) {
+            condition.hold_in_correction(axis, self.scales.normal);
         }
     }
 

@@ -104,6 +104,9 @@ pub(in crate::solver) fn set_targets(
             sys.tools[tool].travel = travel;
         }
     }
+    if plan.is_free() {
+        sys.reference.copy_from_slice(&plan.unsupported);
+    }
     let remaining = plan.remaining(share);
     for (a, r) in sys.applied.iter_mut().zip(&plan.released) {
         *a = r * remaining;

@@ -5,8 +5,9 @@
 //!
 //! 1. The matrix is singular for the free motions. As many components as necessary are held in a correction
 //!    ([`System::find_rigid_supports`]). The residual does not contain these supports. They carry nothing, or the small
-//!    resultant that loads and forces of released tools have as the sheet deforms.
-//! 2. A predicted increment contains no free motion ([`System::remove_free_motions`]).
+//!    resultant that loads and forces of released tools have as the sheet deforms. In a stage without tools they stay
+//!    where they are.
+//! 2. An increment predicted among tools contains no free motion ([`System::remove_free_motions`]).
 //! 3. A sheet on which no force acts any more is moved to its reference position as a rigid body
 //!    ([`System::move_closest_to`]). The reference is the start of a stage without tools, and otherwise the last
 //!    equilibrium.
@@ -32,7 +33,8 @@ impl System {
     }
 
     /// Components (node and axis) held in the next correction; `touching` are the conditions of the nodes in contact.
-    /// Among tools, dampers and loads determine the position of the sheet.
+    /// Among tools, dampers and loads determine the position of the sheet. Without tools the components are the same in
+    /// the whole stage: forces of released tools have a resultant, so the equilibrium depends on the supports.
     pub(in crate::solver) fn find_rigid_supports(
         &self,
         touching: &[Option<Condition>],
@@ -41,7 +43,15 @@ impl System {
             return Vec::new();
         }
         let supports = touching.iter().flatten().flat_map(|c| self.supports(c));
-        unsupported(&self.constraints, &self.positions(), supports)
+        let nodes =
+            if self.has_tools() { self.positions() } else { self.moved_by(&self.reference) };
+        unsupported(&self.constraints, &nodes, supports)
+    }
+
+    /// Positions of the nodes for these displacements (three for each node).
+    fn moved_by(&self, displacements: &[f64]) -> Vec<Vec3> {
+        let moved = displacements.chunks_exact(3).map(Vec3::from_column_slice);
+        self.body.mesh().nodes.iter().zip(moved).map(|(x, u)| x + u).collect()
     }
 
     /// Removes the supported components of a node from the projector onto its free directions.
@@ -67,7 +77,7 @@ impl System {
     /// Removes from `moves`, the displacements of the last increment, the rigid-body motions that are unconstrained.
     /// A sheet that a tool has carried or lost must not continue to move.
     pub(in crate::solver) fn remove_free_motions(&self, moves: &mut [f64]) {
-        if self.rigid_supports.is_empty() {
+        if self.rigid_supports.is_empty() || !self.has_tools() {
             return;
         }
         let touching = self.conditions.iter().filter(|c| c.candidate.is_some());
@@ -79,10 +89,7 @@ impl System {
     /// `reference` (three for each node): least squares over the nodes, as far as the constraints permit.
     pub(in crate::solver) fn move_closest_to(&mut self, reference: &[f64]) {
         let now = self.positions();
-        let moved = reference.chunks_exact(3).map(Vec3::from_column_slice);
-        let then: Vec<Vec3> =
-            self.body.mesh().nodes.iter().zip(moved).map(|(x, u)| x + u).collect();
-        let (turn, shift) = nearest_free(&self.constraints, &now, &then);
+        let (turn, shift) = nearest_free(&self.constraints, &now, &self.moved_by(reference));
         for (node, x) in now.iter().enumerate() {
             let at = 3 * node..3 * node + 3;
             let u = self.displacement(node) + (turn * x + shift - x);

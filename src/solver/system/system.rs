@@ -46,6 +46,8 @@ pub(in crate::solver) struct System {
     pub(in crate::solver) conditions: Vec<Condition>,
     /// Components held in the next correction, since the sheet is unconstrained ([`super::free_motions`]).
     pub(in crate::solver) rigid_supports: Vec<(usize, usize)>,
+    /// Displacements at the start of a stage without tools; zero if the model has none.
+    pub(in crate::solver) reference: Vec<f64>,
     pub(in crate::solver) scales: Scales,
     pub(in crate::solver) lengths: Lengths,
     pub(in crate::solver) timings: Timings,
@@ -113,6 +115,7 @@ impl System {
             regime: Regime::default(),
             conditions: Vec::new(),
             rigid_supports: Vec::new(),
+            reference: vec![0.0; n],
             scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0, compliance: 0.0 },
             timings: Timings::default(),
             solver,

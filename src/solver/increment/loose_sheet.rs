@@ -14,6 +14,7 @@ use crate::solver::contact::candidate::{Candidate, Force};
 use crate::solver::element::Want;
 use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
 use crate::solver::newton::solve::solve;
+use crate::solver::numbers::tolerances::ROUNDING_REL;
 use crate::solver::sheet::rigid_motions::unsupported;
 use crate::solver::stage::state::Simulation;
 use crate::solver::system::damper::Damper;
@@ -31,9 +32,6 @@ const MAX_PASSES: usize = 8;
 /// Force of the tools over that of the dampers above which the tools press the sheet; the ratio exceeds that of any
 /// lever.
 const PRESSED_FORCE_RATIO: f64 = 30.0;
-
-/// Gap below which a node is still in contact, and depth below which it does not penetrate, over the shortest edge.
-const TOUCHING_GAP_REL: f64 = 1e-9;
 
 /// Displacement of a node over that of the tools above which the motion is large.
 const FAR_TRAVEL_RATIO: f64 = 5.0;
@@ -91,7 +89,7 @@ impl System {
     /// Whether a tool penetrates the sheet or has separated from nodes in contact. Requires an up-to-date contact
     /// search.
     fn is_met(&self) -> bool {
-        let near = TOUCHING_GAP_REL * self.lengths.shortest_edge;
+        let near = ROUNDING_REL * self.lengths.shortest_edge;
         self.contact.candidates.iter().enumerate().any(|(k, c)| {
             let off = if c.active { c.foot.gap.abs() } else { -c.foot.gap };
             off > near && (c.active || self.can_touch(k))

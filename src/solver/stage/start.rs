@@ -11,6 +11,7 @@ use crate::solver::active_set::active_set::take_in;
 use crate::solver::active_set::driven_tools::keep_pushed_tools;
 use crate::solver::contact::candidate::Candidate;
 use crate::solver::error::SimulationError;
+use crate::solver::numbers::tolerances::ACCURACY_REL;
 use crate::solver::sheet::rigid_motions::share_along_free_motions;
 use crate::solver::system::system::System;
 use crate::solver::tools::motion::Motion;
@@ -215,7 +216,6 @@ fn is_held_by_tools(sys: &System, motions: &[Motion], carried: &[f64]) -> bool {
 /// # Errors
 /// The fraction of the loads that does.
 fn check_net_load(sys: &System, loads: &[f64]) -> Result<(), f64> {
-    const NET_LOAD_REL: f64 = 1e-6;
     let share = share_along_free_motions(&sys.constraints, &sys.positions(), loads);
-    if share > NET_LOAD_REL { Err(share) } else { Ok(()) }
+    if share > ACCURACY_REL { Err(share) } else { Ok(()) }
 }

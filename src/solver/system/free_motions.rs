@@ -15,11 +15,9 @@
 use super::system::System;
 use crate::geometry::{Mat3, Vec3};
 use crate::solver::contact::condition::Condition;
+use crate::solver::numbers::tolerances::ROUNDING_REL;
 use crate::solver::sheet::rigid_motions::{nearest_free, take_free_motions, unsupported};
 use crate::solver::tools::role::Role;
-
-/// Minimum frictional stiffness of a support, over that of the mesh; less cannot be distinguished from rounding.
-const FRICTION_STIFFNESS_REL: f64 = 1e-10;
 
 impl System {
     /// Whether only contact forces and supports act on the sheet.
@@ -106,7 +104,7 @@ impl System {
     fn supports(&self, c: &Condition) -> impl Iterator<Item = (usize, Vec3)> + Clone {
         let (node, b_tool) = (c.node, c.b_tool);
         let along = self.constraints.free_projector(node) - c.normal * c.normal.transpose();
-        let least = FRICTION_STIFFNESS_REL * self.scales.tangential;
+        let least = ROUNDING_REL * self.scales.tangential;
         let rubs = c.candidate.is_some_and(|k| self.has_friction(self.contact.candidates[k].tool));
         let stiff = rubs && !self.regime.is_loose() && (along * b_tool * along).norm() > least;
         let hollow = move |axis: &Vec3| axis.dot(&(b_tool * axis)) > least;

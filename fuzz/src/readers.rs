@@ -271,6 +271,7 @@ pub fn plan_of(scene: Scene) -> Result<Plan, String> {
         scene,
         folder: "".into(),
         sha256: String::new(),
+        set: Vec::new(),
         tools,
         card,
         material,

@@ -64,7 +64,7 @@ fn a_sheet_that_has_torn_and_a_tool_that_comes_in_within_it_are_named() {
         scene["stages"] = json!([{"name": "draw", "drive": draw}, {"name": "meet", "drive": meet}]);
     });
     assert_eq!(code, Some(3), "{said}");
-    assert!(said.contains("stage `meet`") && said.contains("share 0.000000"), "{said}");
+    assert!(said.contains("stage `meet`") && said.contains("stage fraction 0.000000"), "{said}");
     assert!(said.contains("nodes of the sheet are inside late, the deepest by 1.0"), "{said}");
     assert!(said.contains("doubt thickness-below-half: The thickness is"), "{said}");
 }

@@ -9,12 +9,13 @@ use super::exit::{EXIT_HELP, Exit, Failure};
 use super::run_summary::print_record;
 use super::stop;
 use super::terminal::{err, out, put};
+use crate::report::record::RunRecord;
 use crate::run::folder::row;
 use crate::run::progress_line::{HEADER, json_line, line};
 use crate::run::{Progress, RunError, RunOptions};
-use crate::scene::SceneError;
 use crate::scene::read::read_with;
 use crate::scene::set_value::SetValue;
+use crate::scene::{Plan, SceneError};
 use crate::solver::SimulationError;
 use crate::study::metrics;
 
@@ -92,11 +93,25 @@ impl From<RunError> for Failure {
 /// written. A doubtful result (exit code 1) is not an error.
 pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let plan = read_with(&args.scene, &args.set)?;
-    let by_line = args.lines || args.json;
-    let bar = progress_bar(args.quiet || by_line);
     if args.tied {
         stop_with_input();
     }
+    match solve(args, &plan) {
+        Ok(record) => report(args, &record),
+        Err(error) => {
+            // An optimiser needs the verdict of a run that did not converge too. The error of the run counts more.
+            let has_folder = matches!(error, RunError::Solver { folder: Some(_), .. });
+            if has_folder && let Err(failure) = write_metrics(args) {
+                err!("note: the metrics are not written: {}", failure.error);
+            }
+            Err(error.into())
+        }
+    }
+}
+
+/// Runs the plan with progress on the terminal.
+fn solve(args: &RunArgs, plan: &Plan) -> Result<RunRecord, RunError> {
+    let bar = progress_bar(args.quiet || args.lines || args.json);
     let tell = |message: &str| err!("note: {message}");
     let options = RunOptions {
         restart: args.restart,
@@ -110,7 +125,7 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     }
     let tools: Vec<String> = plan.scene.tools.iter().map(|t| t.name.clone()).collect();
     let outcome =
-        crate::run::run(&plan, &args.scene, &args.output, &options, &mut |progress| match (
+        crate::run::run(plan, &args.scene, &args.output, &options, &mut |progress| match (
             args.lines, args.json,
         ) {
             (false, false) => show(&bar, progress),
@@ -119,23 +134,18 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
             (_, true) => put(&json_line(&tools, &row(progress.report))),
         });
     bar.finish_and_clear();
-    let record = match outcome {
-        Ok(record) => record,
-        Err(error) => {
-            // An optimiser needs the verdict of a run that did not converge too.
-            if matches!(error, RunError::Solver { folder: Some(_), .. }) {
-                write_metrics(args)?;
-            }
-            return Err(error.into());
-        }
-    };
-    write_metrics(args)?;
+    outcome
+}
+
+/// Prints and writes the results of a run that has ended; doubts come before anything that may fail.
+fn report(args: &RunArgs, record: &RunRecord) -> Result<Exit, Failure> {
     if args.json {
-        put(&serde_json::to_string(&record).map_err(Failure::input)?);
+        put(&serde_json::to_string(record).map_err(Failure::input)?);
     } else if !args.quiet {
-        print_record(&record, &args.output);
+        print_record(record, &args.output);
     }
     print_doubts(&record.doubts, args.accept_doubts);
+    write_metrics(args)?;
     Ok(Exit::of_doubts(&record.doubts, args.accept_doubts))
 }
 

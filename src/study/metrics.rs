@@ -79,8 +79,11 @@ fn of_record(record: &RunRecord) -> Metrics {
         ("springback_rms_mm", record.springback.map(|s| s.rms_mm)),
     ];
     let counts = counts.map(|(key, count)| (key.to_owned(), count.into()));
-    let measured =
-        measured.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?.into())));
+    // JSON has no infinite numbers: such a result has no key.
+    let measured = measured.into_iter().filter_map(|(key, value)| {
+        let value = value.filter(|value| value.is_finite())?;
+        Some((key.to_owned(), value.into()))
+    });
     let texts = [("verdict".to_owned(), verdict), ("doubts".to_owned(), codes.join(" ").into())];
     texts.into_iter().chain(counts).chain(measured).collect()
 }

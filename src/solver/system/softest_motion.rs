@@ -12,7 +12,8 @@ use crate::solver::linear::pattern::Pattern;
 use crate::solver::numbers::tolerances::{ACCURACY_REL, NEGLIGIBLE_REL, ROUNDING_REL};
 use crate::solver::sheet::rigid_motions::take_free_motions;
 
-/// Dimension of the subspace of inverse iteration: as many motions may be unstable at once and are told apart.
+/// Dimension of the subspace of inverse iteration: the number of simultaneously unstable motions
+/// that are distinguished.
 pub(in crate::solver) const SUBSPACE_SIZE: usize = 4;
 
 /// Number of inverse iterations. Each reduces the part of a motion outside the subspace by the ratio of its stiffness

@@ -4,9 +4,8 @@
 //! such a motion, the one closest to a reference position is taken (least squares over the nodes):
 //!
 //! 1. The matrix is singular for the free motions. As many components as necessary are held in a correction
-//!    ([`System::find_rigid_supports`]). The residual does not contain these supports. They carry nothing, or the small
-//!    resultant that loads and forces of released tools have as the sheet deforms. In a stage without tools they stay
-//!    where they are.
+//!    ([`System::find_rigid_supports`]). Among tools without loads these supports carry nothing. Elsewhere they carry a
+//!    resultant that is no residual ([`System::supports_carry`]). In a stage without tools they stay where they are.
 //! 2. An increment predicted among tools contains no free motion ([`System::remove_free_motions`]).
 //! 3. A sheet on which no force acts any more is moved to its reference position as a rigid body
 //!    ([`System::move_closest_to`]). The reference is the start of a stage without tools, and otherwise the last
@@ -61,6 +60,12 @@ impl System {
     /// Components of a node held in the next correction.
     pub(in crate::solver) fn rigid_supports_of(&self, node: usize) -> impl Iterator<Item = usize> {
         self.rigid_supports.iter().filter(move |(at, _)| *at == node).map(|(_, axis)| *axis)
+    }
+
+    /// Whether the supports carry a resultant: that of forces of released tools as the sheet deforms, of loads, or of the
+    /// dampers of a sheet without tools.
+    pub(in crate::solver) fn supports_carry(&self) -> bool {
+        !self.has_tools() || !self.is_without_loads()
     }
 
     /// Removes from the residual force of a node what its supports carry, and returns it.

@@ -245,7 +245,7 @@ impl System {
         self.rigid_supports = self.find_rigid_supports(&touching);
         self.conditions.clear();
         let mut residual = Residual::default();
-        let carry = !self.has_tools() || !self.is_without_loads();
+        let carry = self.supports_carry();
         let (mut worst, mut squares, mut supports) = (0.0, 0.0, 0.0);
         for (node, condition) in touching.into_iter().enumerate() {
             let r = self.force_at(node);

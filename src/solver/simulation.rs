@@ -63,7 +63,6 @@ impl Simulation {
         let mut tools: Vec<Tool> =
             tools.into_iter().map(|setup| Tool { setup, travel: 0.0 }).collect();
         place(&mut tools, &body)?;
-        let held = constraints.clone();
         let mut sys = System::new(body, constraints, tools)?;
         sys.lengths.transition = limits.friction_transition * sys.lengths.longest_edge;
         sys.evaluate(Want::ResidualAndTangent)
@@ -80,7 +79,6 @@ impl Simulation {
             committed,
             stage: 0,
             under_way: None,
-            held,
             energies: Energies::default(),
             history: Vec::new(),
             summary: RunSummary::default(),

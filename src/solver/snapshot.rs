@@ -18,9 +18,6 @@ pub struct SimulationState {
     energies: Energies,
     summary: RunSummary,
     contact: Vec<SavedContact>,
-    /// Held components of every node, and their prescribed positions [mm].
-    held: Vec<u8>,
-    held_at: Vec<f64>,
     /// History of the material points as little-endian numbers; stored separately.
     #[serde(skip)]
     pub material: Vec<u8>,
@@ -61,8 +58,6 @@ impl Simulation {
             energies: self.energies,
             summary: self.summary.clone(),
             contact: self.sys.contact.saved().to_vec(),
-            held: self.sys.constraints.bits().to_vec(),
-            held_at: self.sys.held_at.clone(),
             material: Vec::new(),
         }
     }
@@ -76,8 +71,7 @@ impl Simulation {
             Err(SimulationError::Setup(format!("the saved state is of another set-up: {what}")))
         };
         let (found, expected) = (state.committed.u.len(), self.sys.u.len());
-        if found != expected || state.held.len() * 3 != expected || state.held_at.len() != expected
-        {
+        if found != expected {
             return other(format!("{found} unknowns, not {expected}"));
         }
         if state.stage > self.stages.len() || !state.committed.fits(self.sys.tools.len(), expected)
@@ -124,8 +118,6 @@ impl Simulation {
         self.committed = state.committed;
         self.energies = state.energies;
         self.summary = state.summary;
-        self.sys.constraints.set_bits(&state.held);
-        self.sys.held_at = state.held_at;
         restore(self);
         Ok(())
     }

@@ -8,9 +8,8 @@ use serde::{Deserialize, Serialize};
 /// Thickness over the initial thickness, below which a doubt is raised. Sheet metals neck and fracture before.
 pub(super) const THICKNESS_MIN_REL: f64 = 0.5;
 
-/// Springback since the tools were released. Rigid-body motions that no symmetry plane constrains are constrained at as
-/// few nodes as necessary, the first of the mesh. At the end, a sheet with no constraint, or constrained along one axis
-/// only, is moved rigidly to the best fit with its shape in the tools.
+/// Springback since the tools were released. At the end the sheet is moved rigidly, as far as its constraints permit, to
+/// the best fit with its shape in the tools.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SpringbackRecord {
     /// Largest displacement of a node [mm].

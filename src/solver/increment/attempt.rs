@@ -1,11 +1,9 @@
 //! One attempt at an increment: predict, set tools and loads, solve. The state is then accepted with its work, or
 //! restored.
 
-use super::loose_sheet::{Way, carry, lay};
-use crate::geometry::Vec3;
+use super::loose_sheet::{Way, carry, reposition};
 use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
 use crate::solver::newton::solve::solve;
-use crate::solver::sheet::rigid_motions::nearest_free;
 use crate::solver::stage::energy::add_work;
 use crate::solver::stage::plan::Plan;
 use crate::solver::stage::start::{add_loads, set_targets};
@@ -44,8 +42,8 @@ pub(in crate::solver) fn attempt(
         if let Some(error) = lost {
             return Err(error);
         }
-        if !idle && let Some(laid) = lay(sim)? {
-            found = found.and(laid);
+        if !idle && let Some(moved) = reposition(sim)? {
+            found = found.and(moved);
         }
     }
     checked(&sim.sys, found)
@@ -104,7 +102,7 @@ pub(in crate::solver) fn accept(sim: &mut Simulation, step: Option<f64>) -> bool
     let old = &sim.committed;
     let last = step.map(|step| {
         let mut du: Vec<f64> = sys.u.iter().zip(&old.u).map(|(a, b)| a - b).collect();
-        sys.stop_floating(&mut du);
+        sys.remove_free_motions(&mut du);
         let travels = sys.tools.iter().zip(&old.travels).map(|(t, b)| t.travel - b).collect();
         (step, du, travels)
     });
@@ -112,26 +110,12 @@ pub(in crate::solver) fn accept(sim: &mut Simulation, step: Option<f64>) -> bool
     jumped
 }
 
-/// Moves an unconstrained sheet as a rigid body to the position closest to that at the start of the stage, so that
-/// the choice of its supports has no effect.
-pub(in crate::solver) fn lay_down(sim: &mut Simulation, plan: &Plan) {
-    let sys = &mut sim.sys;
-    if !plan.is_free() || sys.applied.iter().any(|&force| force != 0.0) {
-        return;
+/// Moves a sheet without tools and loads to the position closest to that at the start of the stage.
+pub(in crate::solver) fn place_at_rest(sim: &mut Simulation, plan: &Plan) {
+    if plan.is_free() && sim.sys.is_without_loads() {
+        sim.sys.move_closest_to(&plan.unsupported);
+        sim.committed = Committed::of(&sim.sys);
     }
-    let now: Vec<Vec3> = (0..sys.node_count()).map(|node| sys.position(node)).collect();
-    let before = plan.unsupported.chunks_exact(3).map(Vec3::from_column_slice).enumerate();
-    let then: Vec<Vec3> = before.map(|(node, u)| now[node] - sys.displacement(node) + u).collect();
-    let (turn, shift) = nearest_free(&sim.held, &now, &then);
-    for (node, x) in now.iter().enumerate() {
-        let at = 3 * node..3 * node + 3;
-        let moved = sys.displacement(node) + (turn * x + shift - x);
-        sys.u[at.clone()].copy_from_slice(moved.as_slice());
-        let force = &mut sys.eval.internal_force[at];
-        let turned = turn * Vec3::from_column_slice(force);
-        force.copy_from_slice(turned.as_slice());
-    }
-    sim.committed = Committed::of(sys);
 }
 
 /// Restores the last converged state.

@@ -1,6 +1,6 @@
 //! Increments of a stage: attempts, step cuts, and continuation past limit points.
 
-use super::attempt::{accept, attempt, lay_down, restore};
+use super::attempt::{accept, attempt, place_at_rest, restore};
 use super::limit_point::relax;
 use crate::solver::error::SimulationError;
 use crate::solver::newton::outcome::{NewtonStats, Patience};
@@ -44,7 +44,7 @@ pub(in crate::solver) fn advance(
         sim.under_way = Some(now);
     } else {
         sim.stage += 1;
-        lay_down(sim, &now.plan);
+        place_at_rest(sim, &now.plan);
     }
     sim.report(stage, share, iterations, observer)?;
     Ok(true)

@@ -10,13 +10,12 @@
 //! position until they carry nothing: the accepted equilibrium contains none. A sheet that is pressed, with forces
 //! far above those of the dampers, is treated as any other from the last equilibrium.
 
-use crate::geometry::Vec3;
 use crate::solver::contact::candidate::{Candidate, Force};
 use crate::solver::element::Want;
 use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
 use crate::solver::newton::solve::solve;
 use crate::solver::numbers::tolerances::ROUNDING_REL;
-use crate::solver::sheet::rigid_motions::{nearest_free, unsupported};
+use crate::solver::sheet::rigid_motions::unsupported;
 use crate::solver::stage::state::Simulation;
 use crate::solver::system::damper::Damper;
 use crate::solver::system::regime::Stabilisation;
@@ -53,8 +52,8 @@ impl System {
     /// Whether the sheet is unconstrained and loaded only by tools with prescribed travel.
     pub(in crate::solver) fn is_loose(&self) -> bool {
         let pushes = |role: &Role| !matches!(role, Role::Absent | Role::Travel);
-        if self.regime.is_stabilised() || !self.is_without_loads() || self.roles.iter().any(pushes)
-        {
+        let by_tools = self.has_tools() && !self.roles.iter().any(pushes);
+        if self.regime.is_stabilised() || !self.is_without_loads() || !by_tools {
             return false;
         }
         !unsupported(&self.constraints, &self.positions(), std::iter::empty()).is_empty()
@@ -131,23 +130,14 @@ pub(in crate::solver) fn carry(
 }
 
 /// Repositions an unconstrained sheet that loses its last contact force in an increment, independent of the iterates.
-/// It is moved as a rigid body to the position closest to the last one, then out of the path of its tools. `None` if
+/// It is moved to the position closest to the last one, then out of the path of its tools. `None` if
 /// no equilibrium is found; the state on entry is then restored.
-pub(in crate::solver) fn lay(sim: &mut Simulation) -> Result<Option<NewtonStats>, NewtonError> {
+pub(in crate::solver) fn reposition(
+    sim: &mut Simulation,
+) -> Result<Option<NewtonStats>, NewtonError> {
     let sys = &mut sim.sys;
     let (u, contact) = (sys.u.clone(), sys.contact.clone());
-    let now = sys.positions();
-    let then: Vec<Vec3> = (0..now.len())
-        .map(|n| {
-            now[n] - sys.displacement(n)
-                + Vec3::from_column_slice(&sim.committed.u[3 * n..3 * n + 3])
-        })
-        .collect();
-    let (turn, shift) = nearest_free(&sys.constraints, &now, &then);
-    for (node, x) in now.iter().enumerate() {
-        let moved = sys.displacement(node) + (turn * x + shift - x);
-        sys.u[3 * node..3 * node + 3].copy_from_slice(moved.as_slice());
-    }
+    sys.move_closest_to(&sim.committed.u);
     if let Ok(Way::Carried(stats)) = along(sim, false) {
         return Ok(Some(stats));
     }

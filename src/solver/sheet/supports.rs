@@ -60,17 +60,6 @@ impl Constraints {
         self.held[node] == 0
     }
 
-    /// Held components by node, one bit each.
-    #[must_use]
-    pub fn bits(&self) -> &[u8] {
-        &self.held
-    }
-
-    /// Sets the bits; the number of nodes must agree.
-    pub(in crate::solver) fn set_bits(&mut self, bits: &[u8]) {
-        self.held.copy_from_slice(bits);
-    }
-
     /// Number of nodes.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -7,14 +7,12 @@
 use super::description::Stage;
 use super::plan::Plan;
 use super::state::Simulation;
-use crate::geometry::Vec3;
 use crate::solver::active_set::active_set::take_in;
 use crate::solver::active_set::driven_tools::keep_pushed_tools;
 use crate::solver::contact::candidate::Candidate;
 use crate::solver::error::SimulationError;
 use crate::solver::numbers::tolerances::ACCURACY_REL;
-use crate::solver::sheet::rigid_motions::{hold_rigid_modes, share_along_free_motions};
-use crate::solver::sheet::supports::Constraints;
+use crate::solver::sheet::rigid_motions::share_along_free_motions;
 use crate::solver::system::system::System;
 use crate::solver::tools::motion::Motion;
 use crate::solver::tools::role::Role;
@@ -27,8 +25,6 @@ pub(in crate::solver) fn begin(
     stage: usize,
 ) -> Result<Plan, SimulationError> {
     let sys = &mut sim.sys;
-    sys.constraints = sim.held.clone();
-    sys.held_at.fill(0.0);
     let mut plan = Plan {
         stage,
         start_travels: sys.tools.iter().map(|t| t.travel).collect(),
@@ -66,7 +62,7 @@ pub(in crate::solver) fn let_go(
     arrange(sim, plan, share)
 }
 
-/// Sets tools and loads at the fraction `share` of a stage, and supports if no tool holds the sheet.
+/// Sets tools and loads at the fraction `share` of a stage.
 fn arrange(sim: &mut Simulation, plan: &mut Plan, share: f64) -> Result<(), SimulationError> {
     let sys = &mut sim.sys;
     let now = &sim.stages[plan.stage];
@@ -87,7 +83,7 @@ fn arrange(sim: &mut Simulation, plan: &mut Plan, share: f64) -> Result<(), Simu
     sys.commit_contact(&forces);
     if plan.is_free() {
         let pushes = sim.loads.iter().map(|load| load * now.load.at(1.0)).collect::<Vec<_>>();
-        hold_where_it_is(sys, &pushes)
+        check_net_load(sys, &pushes)
             .map_err(|share| SimulationError::NothingHolds { stage: now.name.clone(), share })?;
     }
     Ok(())
@@ -109,11 +105,13 @@ pub(in crate::solver) fn set_targets(
             sys.tools[tool].travel = travel;
         }
     }
+    if plan.is_free() {
+        sys.reference.copy_from_slice(&plan.unsupported);
+    }
     let remaining = plan.remaining(share);
     for (a, r) in sys.applied.iter_mut().zip(&plan.released) {
         *a = r * remaining;
     }
-    sys.regime.released_forces = sys.applied.iter().any(|&force| force != 0.0);
 }
 
 /// Control of a tool at `share` of the stage, and its travel if prescribed [mm]; `whole` is the ratio of the complete
@@ -213,25 +211,11 @@ fn is_held_by_tools(sys: &System, motions: &[Motion], carried: &[f64]) -> bool {
     })
 }
 
-/// Constrains the rigid-body modes of the sheet at its current position; `loads` must not act along them.
+/// Checks that `loads` do not act along free rigid-body motions of the sheet at its current position.
 ///
 /// # Errors
-/// The fraction of the loads that acts along rigid-body modes.
-fn hold_where_it_is(sys: &mut System, loads: &[f64]) -> Result<(), f64> {
-    let now: Vec<Vec3> = (0..sys.node_count()).map(|n| sys.position(n)).collect();
-    let share = share_along_free_motions(&sys.constraints, &now, loads);
-    if share > ACCURACY_REL {
-        return Err(share);
-    }
-    let mut held: Constraints = sys.constraints.clone();
-    hold_rigid_modes(&mut held, &now);
-    for node in 0..now.len() {
-        for axis in 0..3 {
-            if held.is_held(node, axis) && !sys.constraints.is_held(node, axis) {
-                sys.held_at[3 * node + axis] = sys.u[3 * node + axis];
-            }
-        }
-    }
-    sys.constraints = held;
-    Ok(())
+/// The fraction of the loads that does.
+fn check_net_load(sys: &System, loads: &[f64]) -> Result<(), f64> {
+    let share = share_along_free_motions(&sys.constraints, &sys.positions(), loads);
+    if share > ACCURACY_REL { Err(share) } else { Ok(()) }
 }

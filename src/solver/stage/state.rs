@@ -10,7 +10,6 @@ use crate::solver::limits::Limits;
 use crate::solver::newton::outcome::Patience;
 use crate::solver::newton::record::IterationRecord;
 use crate::solver::report::{Energies, RunSummary};
-use crate::solver::sheet::supports::Constraints;
 use crate::solver::system::system::System;
 
 /// Last converged state, and the increment before it for the predictor.
@@ -127,8 +126,6 @@ pub struct Simulation {
     /// Index of the active or the next stage.
     pub(in crate::solver) stage: usize,
     pub(in crate::solver) under_way: Option<UnderWay>,
-    /// Constraints of the model, without supports added by a stage.
-    pub(in crate::solver) held: Constraints,
     pub(in crate::solver) energies: Energies,
     pub(in crate::solver) history: Vec<IterationRecord>,
     pub(in crate::solver) summary: RunSummary,

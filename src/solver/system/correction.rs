@@ -102,7 +102,7 @@ impl System {
         let pattern = self.body.pattern();
         for c in &self.conditions {
             let stands = |&k: &usize| {
-                self.constraints.is_held(c.node, k) || self.still.contains(&(c.node, k))
+                self.constraints.is_held(c.node, k) || self.rigid_supports.contains(&(c.node, k))
             };
             for i in (0..3).filter(stands).map(|k| 3 * c.node + k) {
                 let Some(diagonal) = pattern.position(i, i) else { continue };

@@ -8,8 +8,6 @@ use super::damper::Damper;
 pub(in crate::solver) struct Regime {
     /// Loads of the model act.
     pub(in crate::solver) loads: bool,
-    /// Forces of released tools act, which decrease to zero over the stage.
-    pub(in crate::solver) released_forces: bool,
     /// Stabilisation of the sheet.
     pub(in crate::solver) stabilisation: Stabilisation,
 }

@@ -55,7 +55,8 @@ impl System {
     /// Whether a motion is a rigid motion of the sheet along tools that do not hold it: the sheet may slide, but does
     /// not buckle.
     fn glides_along(&self, mode: &[f64]) -> bool {
-        if self.conditions.iter().any(|c| c.candidate.is_some() && c.stuck) {
+        let mut touching = self.conditions.iter().filter(|c| c.candidate.is_some()).peekable();
+        if touching.peek().is_none() || touching.any(|c| c.stuck) {
             return false;
         }
         let mut bends = mode.to_vec();

@@ -57,7 +57,7 @@ impl System {
             let along = match c.candidate {
                 Some(_) if c.stuck => Mat3::zeros(),
                 Some(_) => free - c.normal * c.normal.transpose(),
-                None => free,
+                None => self.free_of_supports(c.node, free),
             };
             let held = (Mat3::identity() - along) * self.scales.normal;
             let resisted = held + along * self.resistance(c, &free) * along;

@@ -32,8 +32,6 @@ pub(in crate::solver) struct System {
     pub(in crate::solver) cancel: Cancel,
     pub(in crate::solver) body: Body,
     pub(in crate::solver) constraints: Constraints,
-    /// Prescribed positions of held components (three for each node) [mm].
-    pub(in crate::solver) held_at: Vec<f64>,
     pub(in crate::solver) tools: Vec<Tool>,
     pub(in crate::solver) roles: Vec<Role>,
     pub(in crate::solver) stops: Vec<Stop>,
@@ -48,7 +46,9 @@ pub(in crate::solver) struct System {
     pub(in crate::solver) regime: Regime,
     pub(in crate::solver) conditions: Vec<Condition>,
     /// Components held in the next correction, since the sheet is unconstrained ([`super::free_motions`]).
-    pub(in crate::solver) still: Vec<(usize, usize)>,
+    pub(in crate::solver) rigid_supports: Vec<(usize, usize)>,
+    /// Displacements at the start of a stage without tools; zero if the model has none.
+    pub(in crate::solver) reference: Vec<f64>,
     pub(in crate::solver) scales: Scales,
     pub(in crate::solver) lengths: Lengths,
     pub(in crate::solver) timings: Timings,
@@ -112,11 +112,11 @@ impl System {
             penetration,
             u: vec![0.0; n],
             applied: vec![0.0; n],
-            held_at: vec![0.0; n],
             eval: Evaluation::default(),
             regime: Regime::default(),
             conditions: Vec::new(),
-            still: Vec::new(),
+            rigid_supports: Vec::new(),
+            reference: vec![0.0; n],
             scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0, compliance: 0.0 },
             timings: Timings::default(),
             solver,
@@ -242,20 +242,21 @@ impl System {
     pub(in crate::solver) fn assemble(&mut self) -> Residual {
         let start = Instant::now();
         let touching = self.touching_conditions();
-        self.still = self.floating(&touching);
+        self.rigid_supports = self.find_rigid_supports(&touching);
         self.conditions.clear();
         let mut residual = Residual::default();
+        let carry = self.supports_carry();
         let (mut worst, mut squares, mut supports) = (0.0, 0.0, 0.0);
         for (node, condition) in touching.into_iter().enumerate() {
             let r = self.force_at(node);
             let free = self.constraints.free_projector(node);
-            let supported = if condition.is_some() { r } else { r - free * r };
-            supports += supported.norm_squared();
-            let still = self.still.iter().any(|(at, _)| *at == node);
-            let plain = condition.is_none() && !still && self.constraints.is_free(node);
+            let carried = if condition.is_some() { r } else { r - free * r };
+            supports += carried.norm_squared();
+            let supported = self.rigid_supports_of(node).next().is_some();
+            let plain = condition.is_none() && !supported && self.constraints.is_free(node);
             let mut condition = condition.unwrap_or_else(|| untouched(node, &r, &free));
-            if self.regime.released_forces {
-                self.still.iter().filter(|s| s.0 == node).for_each(|s| condition.force[s.1] = 0.0);
+            if carry {
+                supports += self.take_carried(&mut condition).norm_squared();
             }
             let unbalanced = condition.force.norm_squared();
             squares += unbalanced;
@@ -296,10 +297,9 @@ impl System {
     /// Adds held components of a node, and those held in the correction, to its condition.
     fn support(&self, condition: &mut Condition, free: &Mat3) {
         let node = condition.node;
-        let held = Vec3::from_column_slice(&self.held_at[3 * node..3 * node + 3]);
-        hold(condition, free, &(self.displacement(node) - held), self.scales);
-        for (_, axis) in self.still.iter().filter(|(at, _)| *at == node) {
-            condition.stand_still(*axis, self.scales.normal);
+        hold(condition, free, &self.displacement(node), self.scales);
+        for axis in self.rigid_supports_of(node) {
+            condition.hold_in_correction(axis, self.scales.normal);
         }
     }
 

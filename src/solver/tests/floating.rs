@@ -1,9 +1,12 @@
-//! Unconstrained sheet: at rest until a tool arrives, then carried by it.
+//! Unconstrained sheet: at rest until a tool arrives, then carried by it; damped without tools.
 
 use super::{body, setup, stage, steel, tool};
 use crate::contact::test_tools::plane;
 use crate::geometry::Vec3;
+use crate::solver::newton::outcome::Patience;
+use crate::solver::newton::solve::solve;
 use crate::solver::sheet::hex_mesh::rectangle;
+use crate::solver::system::damper::Damper;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, RunSummary, SheetSide,
     Simulation, SimulationSetup,
@@ -55,4 +58,18 @@ fn a_free_sheet_rests_until_a_tool_carries_it() {
         let apart = |(a, b): (&State, &State)| (a.1[0] - b.1[0]).norm();
         assert!(states.iter().zip(&others).map(apart).all(|apart| apart < 1e-7));
     }
+}
+
+#[test]
+fn supports_carry_the_resultant_of_dampers_where_no_tool_acts() {
+    let mesh = rectangle(20.0, 4.0, 1.0, 10, 2, 1);
+    let free = Constraints::none(mesh.nodes.len());
+    let mut sim = Simulation::new(setup(body(mesh, steel()), free, vec![], vec![])).unwrap();
+    // The dampers push all nodes in one direction.
+    let aside: Vec<f64> = (0..sim.sys.u.len()).map(|i| [0.0, 0.0, 1.0][i % 3]).collect();
+    let damper = Damper::new(&sim.sys.body, &aside, 1e-6 * sim.sys.scales.tangential);
+    let pushes: f64 = damper.forces(&sim.sys.u).sum();
+    sim.sys.regime.continue_with(damper);
+    let found = solve(&mut sim.sys, &sim.limits, Patience::All, None, &mut sim.history);
+    assert!(found.is_ok() && pushes.abs() > 1.0, "{found:?}, {pushes} N");
 }

@@ -74,7 +74,7 @@ def main():
             log.write("not converged\n")
         elif missing:
             log.write(f"no metric {', '.join(missing)}\n")
-    lines = ["FAIL"] if missing else [f"{metrics[key]!r} {key}" for key in responses]
+    lines = ["FAIL"] if done.returncode or missing else [f"{metrics[key]!r} {key}" for key in responses]
     pathlib.Path(target).write_text("\n".join(lines) + "\n")
 
 

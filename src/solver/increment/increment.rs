@@ -9,7 +9,7 @@ use crate::solver::report::{Control, IncrementReport};
 use crate::solver::stage::branch::{BRANCH_STEP_FACTOR, Doubt, Found, LIMIT_POINT_STEP_RATIO};
 use crate::solver::stage::description::Stage;
 use crate::solver::stage::energy::{jumps, released_forces_work};
-use crate::solver::stage::start::{begin, let_go};
+use crate::solver::stage::start::{begin, release_tools};
 use crate::solver::stage::state::{Simulation, UnderWay};
 use crate::solver::stage::step_size::{Endurance, Pace};
 use crate::solver::system::damping::CONTINUATION_ITERATIONS_MAX;
@@ -152,7 +152,7 @@ fn heed(sim: &Simulation) -> Result<(), SimulationError> {
 
 /// Releases tools that have moved back with the sheet, at the current fraction of the stage.
 fn go_on_without(sim: &mut Simulation, now: &mut UnderWay) -> Result<(), SimulationError> {
-    let_go(sim, &mut now.plan, now.share)?;
+    release_tools(sim, &mut now.plan, now.share)?;
     now.pace = pace_of(sim, now.plan.stage);
     Ok(())
 }

@@ -48,7 +48,7 @@ pub(in crate::solver) fn begin(
 }
 
 /// Releases tools at the fraction `share` of a stage; they have moved back with the sheet so far.
-pub(in crate::solver) fn let_go(
+pub(in crate::solver) fn release_tools(
     sim: &mut Simulation,
     plan: &mut Plan,
     share: f64,
@@ -106,7 +106,7 @@ pub(in crate::solver) fn set_targets(
         }
     }
     if plan.is_free() {
-        sys.reference.copy_from_slice(&plan.unsupported);
+        sys.stage_start.copy_from_slice(&plan.unsupported);
     }
     let remaining = plan.remaining(share);
     for (a, r) in sys.applied.iter_mut().zip(&plan.released) {

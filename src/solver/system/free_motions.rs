@@ -41,7 +41,7 @@ impl System {
         }
         let supports = touching.iter().flatten().flat_map(|c| self.supports(c));
         let nodes =
-            if self.has_tools() { self.positions() } else { self.moved_by(&self.reference) };
+            if self.has_tools() { self.positions() } else { self.moved_by(&self.stage_start) };
         unsupported(&self.constraints, &nodes, supports)
     }
 

@@ -48,7 +48,7 @@ pub(in crate::solver) struct System {
     /// Components held in the next correction, since the sheet is unconstrained ([`super::free_motions`]).
     pub(in crate::solver) rigid_supports: Vec<(usize, usize)>,
     /// Displacements at the start of a stage without tools; zero if the model has none.
-    pub(in crate::solver) reference: Vec<f64>,
+    pub(in crate::solver) stage_start: Vec<f64>,
     pub(in crate::solver) scales: Scales,
     pub(in crate::solver) lengths: Lengths,
     pub(in crate::solver) timings: Timings,
@@ -116,7 +116,7 @@ impl System {
             regime: Regime::default(),
             conditions: Vec::new(),
             rigid_supports: Vec::new(),
-            reference: vec![0.0; n],
+            stage_start: vec![0.0; n],
             scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0, compliance: 0.0 },
             timings: Timings::default(),
             solver,

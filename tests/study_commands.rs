@@ -1,85 +1,16 @@
 //! `kanagata study` from end to end: what is run, what is not run again, what goes on, what is refused.
 
 mod bend;
+mod bends;
 mod command;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use bends::Bends;
 use command::{fixture, kanagata};
-use serde_json::{Value, json};
-
-/// A study of bends: cases by the name of their tools' folder, with what each changes of the scene.
-struct Bends {
-    folder: tempfile::TempDir,
-}
-
-impl Bends {
-    /// Largest increments of `share` of a stage; two to eleven of them go through the strip in a fraction of a second.
-    fn new(cases: &[(&str, Value)], share: f64) -> Self {
-        let bends = Self { folder: tempfile::tempdir().unwrap() };
-        let mut scene = bend::scene("{tools}");
-        scene["stages"] = json!([{
-            "name": "bend", "drive": {"plane": {"travel_mm": 1.0}}, "largest_increment": share,
-        }]);
-        scene["output"] = json!({"vtu_every": 0, "checkpoint_every": 1});
-        let options: Vec<Value> =
-            cases.iter().map(|(name, change)| json!({"name": name, "change": change})).collect();
-        let study = json!({
-            "format": "kanagata-study", "version": 1, "name": "bends", "watch": "plane",
-            "scene": scene, "choices": [{"name": "tools", "options": options}],
-        });
-        fs::write(bends.at("study.json"), study.to_string()).unwrap();
-        cases.iter().for_each(|(name, _)| bends.put_tools(name));
-        bends
-    }
-
-    fn at(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn put_tools(&self, case: &str) {
-        fs::create_dir_all(self.at(case)).unwrap();
-        bend::write_tools(&self.at(case));
-    }
-
-    /// The folder of a case's run.
-    fn run_of(&self, case: &str) -> PathBuf {
-        self.at("out/cases").join(case).join("run")
-    }
-
-    fn arguments(&self) -> Vec<String> {
-        let path = |name: &str| self.at(name).to_str().unwrap().to_owned();
-        vec!["study".into(), path("study.json"), "-o".into(), path("out")]
-    }
-
-    /// Exit code, output and errors of the study.
-    fn study(&self, options: &[&str]) -> (i32, String, String) {
-        let arguments = self.arguments();
-        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        kanagata(&[&arguments[..], &["--accept-doubts"], options].concat())
-    }
-
-    /// Cases that a study has begun; it must end with `code`.
-    fn begun(&self, options: &[&str], code: i32) -> String {
-        let (found, text, errors) = self.study(options);
-        assert_eq!(found, code, "{options:?}: {text}{errors}");
-        let mut begun: Vec<&str> =
-            text.lines().filter_map(|l| l.strip_suffix(": begins")).collect();
-        begun.sort_unstable();
-        begun.join(" ")
-    }
-
-    /// State and reason of a case in `study.csv`.
-    fn row(&self, case: &str) -> (String, String) {
-        let text = fs::read_to_string(self.at("out/study.csv")).unwrap();
-        let column = |name: &str| text.lines().next().unwrap().split(',').position(|c| c == name);
-        let row = text.lines().find(|l| l.starts_with(&format!("{case},"))).unwrap();
-        let cells: Vec<&str> = row.split(',').collect();
-        let reason = column("reason").unwrap();
-        (cells[column("state").unwrap()].to_owned(), cells[reason..].join(","))
-    }
-}
+use kanagata::run::build::BUILD;
+use serde_json::json;
 
 /// A page without what stands in its scripts.
 fn markup(page: &str) -> String {
@@ -114,19 +45,21 @@ fn cases_that_are_done_are_run_again_only_where_something_has_changed() {
     let tool = bends.at("b/plane.tool.json");
     let text = fs::read_to_string(&tool).unwrap();
     fs::write(&tool, format!("{text}\n")).unwrap();
-    assert_eq!(bends.begun(&[], 0), "b");
+    // A run of other inputs is kept until it may be lost.
+    let (code, text, errors) = bends.study(&[]);
+    assert!(code == 2 && !text.contains("begins"), "{text}");
+    assert!(errors.contains("b: ../../../b/plane.tool.json has changed"), "{errors}");
+    assert!(errors.contains("--renew") && !errors.contains("a: "), "{errors}");
+    assert_eq!(bends.begun(&["--renew"], 0), "b");
+    assert_eq!(bends.begun(&[], 0), "");
+    let record = bends.run_of("a").join("run.json");
+    let other = fs::read_to_string(&record).unwrap().replace(BUILD, "0.0.0 of another");
+    fs::write(&record, other).unwrap();
+    let (code, _, errors) = bends.study(&[]);
+    assert!(code == 2 && errors.contains("its build is 0.0.0 of another"), "{errors}");
     fs::remove_dir_all(bends.at("out/cases/a")).unwrap();
     assert_eq!(bends.begun(&[], 0), "a");
-    // What the runs say of themselves is enough.
-    fs::remove_file(bends.at("out/manifest.json")).unwrap();
-    assert_eq!(bends.begun(&[], 0), "");
-    fs::write(bends.at("out/manifest.json"), "{\"cases\": {").unwrap();
-    let (code, _, errors) = bends.study(&["--collect"]);
-    assert!(code == 2 && errors.contains("manifest.json, line 1"), "{errors}");
-    let (code, text, _) = bends.study(&[]);
-    assert!(code == 0 && !text.contains("begins"), "{text}");
-    assert!(text.contains("warning") && text.contains("manifest.damaged.json"), "{text}");
-    for file in ["out/study.csv", "out/study.html"] {
+    for file in ["out/study.csv", "out/cost.csv", "out/study.html"] {
         fs::remove_file(bends.at(file)).unwrap();
     }
     fs::remove_file(&tool).unwrap();
@@ -278,7 +211,7 @@ mod processes {
         let bends = long();
         let mut study = begin(&bends);
         at_work(&bends, 0);
-        assert!(bends.at("out/manifest.json").exists(), "written before the first case begins");
+        assert!(bends.at("out/order.json").exists(), "written before the first case begins");
         let (code, _, errors) = bends.study(&[]);
         assert!(code == 2 && errors.contains("works in this folder"), "{errors}");
         let (begun, seen) = (begun_at(&bends), Instant::now());

@@ -2,6 +2,7 @@
 
 pub mod audit;
 pub mod cad;
+pub mod case;
 pub mod check;
 pub mod convert;
 pub mod doubts;
@@ -22,5 +23,8 @@ pub mod solve;
 pub mod status;
 mod stop;
 pub mod study;
+mod study_cases;
+mod study_runner;
+mod study_status;
 mod terminal;
 mod threads;

@@ -16,6 +16,7 @@ use crate::run::{CheckpointError, RunError};
 use crate::scene::SceneError;
 use crate::solver::SimulationError;
 use crate::study::StudyError;
+use crate::study::run_case::CaseError;
 use crate::tool::file::ToolFileError;
 
 const CONVERT: &str = "make the tool file with `kanagata convert`";
@@ -45,7 +46,8 @@ fn of_one(error: &(dyn Error + 'static)) -> Option<String> {
         let of_solver = || error.downcast_ref().and_then(of_solver);
         let of_status = || error.downcast_ref().and_then(of_status);
         let of_study = || error.downcast_ref().and_then(of_study);
-        let of_run = error.downcast_ref().and_then(of_run);
+        let of_case = || error.downcast_ref().and_then(of_case);
+        let of_run = error.downcast_ref().and_then(of_run).or_else(of_case);
         of_run.or_else(of_scene).or_else(of_solver).or_else(of_status).or_else(of_study)
     };
     of_cad().or_else(of_tool).or_else(of_run)
@@ -203,13 +205,30 @@ fn of_study(error: &StudyError) -> Option<String> {
             Some("`kanagata-solve` beside `kanagata` (cargo build --release makes both)".into())
         }
         StudyError::Busy { .. } => Some(ANOTHER_FOLDER.into()),
-        StudyError::Value { path, .. } if path.file_name() == Some("manifest.json".as_ref()) => {
-            Some("the command without --collect".into())
+        StudyError::OtherRuns { .. } => {
+            Some("--renew runs these cases again, another folder with -o keeps them".into())
         }
+        StudyError::OtherRunner { runner, .. } => {
+            Some(format!("--runner {runner}, or --cancel with it"))
+        }
+        StudyError::Refused { .. } => Some("--emit prints what is submitted".into()),
+        StudyError::NoAnswer { .. } => Some("the same command when it answers again".into()),
         // The key of the scene follows the name of its case.
         StudyError::Value { place, .. } => of_key(place.rsplit(": ").next()?),
         _ => None,
     }
+}
+
+fn of_case(error: &CaseError) -> Option<String> {
+    let try_this = match error {
+        CaseError::Differs { .. } => {
+            "the files or the program as they were, or `kanagata study FILE -o DIR --renew`, which prepares the case again"
+        }
+        CaseError::NotConverged { .. } => "--again, or a change of the scene",
+        CaseError::LeaderNotDone { .. } => "`kanagata-solve case` for the case that it follows",
+        _ => return None,
+    };
+    Some(try_this.into())
 }
 
 /// The command that continues a run.

@@ -12,7 +12,7 @@ use super::terminal::{err, out, put};
 use crate::report::record::RunRecord;
 use crate::run::folder::row;
 use crate::run::progress_line::{HEADER, json_line, line};
-use crate::run::{Progress, RunError, RunOptions};
+use crate::run::{Progress, RunError, RunOptions, completed};
 use crate::scene::read::read_with;
 use crate::scene::set_value::SetValue;
 use crate::scene::{Plan, SceneError};
@@ -22,8 +22,8 @@ use crate::study::metrics;
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Example:\n  kanagata-solve run fixtures/dome/dome.scene.json -o out/dome\n\n\
-    `kanagata-solve status DIR` says how it stands. Results of an earlier run in DIR are replaced; one of the same inputs\n\
-    that was stopped is continued (--restart) or discarded (--overwrite).\n\
+    `kanagata-solve status DIR` says how it stands. A run of the same inputs that is done is not\n\
+    repeated; one that was stopped is continued (--restart) or discarded (--overwrite). Other results in DIR are replaced.\n\
     The folder then holds history.csv, run.json, run.pvd, steps/*.vtu, tools/*.vtu and report.html.\n\n{EXIT_HELP}"))]
 pub struct RunArgs {
     /// Scene file
@@ -40,7 +40,7 @@ pub struct RunArgs {
     /// Continue from the checkpoint in DIR, with the same results as an uninterrupted run
     #[arg(long)]
     restart: bool,
-    /// Start again although DIR holds a stopped run of the same inputs or files of no run, and discard them
+    /// Start again although DIR holds a run of the same inputs or files of no run, and discard them
     #[arg(long, conflicts_with = "restart")]
     overwrite: bool,
     /// Exclude what does not change results (tool patches that the sheet cannot touch); run.json lists them
@@ -95,6 +95,16 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let plan = read_with(&args.scene, &args.set)?;
     if args.tied {
         stop_with_input();
+    }
+    if !args.restart
+        && !args.overwrite
+        && let Some(record) = completed(&args.output, &plan)
+    {
+        err!(
+            "note: {}: a run of the same inputs is done and was not repeated (--overwrite repeats it)",
+            args.output.display()
+        );
+        return report(args, &record);
     }
     match solve(args, &plan) {
         Ok(record) => report(args, &record),
@@ -156,7 +166,7 @@ fn write_metrics(args: &RunArgs) -> Result<(), Failure> {
 }
 
 /// Requests a stop when standard input ends.
-fn stop_with_input() {
+pub(super) fn stop_with_input() {
     std::thread::spawn(move || {
         // A read error counts as the end.
         let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());

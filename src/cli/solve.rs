@@ -6,11 +6,11 @@ use clap::{Parser, Subcommand};
 
 use super::exit::{EXIT_HELP, finish};
 use super::threads::use_threads;
-use super::{check, run, status, stop};
+use super::{case, check, run, status, stop};
 
 /// Forms a sheet against rigid tools with an implicit finite-element solver.
 #[derive(Debug, Parser)]
-#[command(name = "kanagata-solve", version, after_help = EXIT_HELP)]
+#[command(name = "kanagata-solve", version, long_version = crate::run::build::BUILD, after_help = EXIT_HELP)]
 struct Solve {
     /// Threads to use; results are the same for any number of them.
     #[arg(long, global = true, value_name = "N")]
@@ -25,6 +25,8 @@ enum Command {
     Check(check::CheckArgs),
     /// Run a scene into a folder
     Run(run::RunArgs),
+    /// Run, continue or prove done the cases of a study; the same command may be given any number of times
+    Case(case::CaseArgs),
     /// Show the state of a run: increment, travels, forces, checkpoint, how to continue
     Status(status::StatusArgs),
 }
@@ -40,6 +42,7 @@ pub fn main() -> ExitCode {
     finish(match arguments.command {
         Command::Check(args) => check::run(&args),
         Command::Run(args) => run::run(&args),
+        Command::Case(args) => case::run(&args),
         Command::Status(args) => status::run(&args),
     })
 }

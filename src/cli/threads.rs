@@ -1,10 +1,20 @@
 //! Number of threads.
 
+use std::sync::OnceLock;
+
 use super::exit::Failure;
 
 /// Largest number of threads, above the processors of any machine used. Each thread has a stack and a place in every
 /// parallel loop; twice as many would cost address space only.
 const THREADS_MAX: usize = 1024;
+
+/// Set once a number of threads was asked for.
+static ASKED: OnceLock<()> = OnceLock::new();
+
+/// Whether a number of threads was asked for.
+pub(super) fn is_asked() -> bool {
+    ASKED.get().is_some()
+}
 
 /// Sets the number of threads; default: the number of processors.
 ///
@@ -17,6 +27,7 @@ pub(super) fn use_threads(asked: Option<usize>) -> Result<(), Failure> {
             "--threads: found {threads}; allowed: 1 to {THREADS_MAX}"
         )));
     }
+    ASKED.get_or_init(|| ());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
     pool.map_err(|e| Failure::input(format!("--threads {threads}: {e}; give fewer")))
 }

@@ -3,10 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::build::BUILD;
 use super::checkpoint;
 use super::error::RunError;
 use super::first_record::{FORMAT, PROGRAM};
 use super::folder::RESULT_FILES;
+use super::inputs::inputs;
 use super::lock;
 use super::restart::Restart;
 use crate::report::record::{RunRecord, Verdict};
@@ -40,6 +42,15 @@ fn is_of_run(folder: &Path) -> bool {
     let text = crate::files::read(&folder.join("run.json"), crate::files::Input::Description);
     let head = text.ok().and_then(|text| serde_json::from_slice::<Head>(&text).ok());
     head.is_some_and(|head| head.format == FORMAT)
+}
+
+/// The record of a run of `plan` by this build in `folder` whose stages are all done; `None` if there is none.
+#[must_use]
+pub fn completed(folder: &Path, plan: &Plan) -> Option<RunRecord> {
+    let text = crate::files::read(&folder.join("run.json"), crate::files::Input::Description);
+    let record = RunRecord::parse(&text.ok()?).ok()?;
+    let same = record.build == BUILD && record.inputs == inputs(plan);
+    (same && record.verdict.is_complete()).then_some(record)
 }
 
 /// Message about the results that a new run of `plan` replaces in `folder`; `None` if there are none.

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use super::build::{BUILD, cpu_class};
 use super::inputs::inputs;
 use super::resources::this_process;
 use crate::report::record::{RunRecord, VERSION, Verdict};
@@ -20,6 +21,8 @@ pub(super) fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRec
         format: FORMAT.into(),
         version: VERSION,
         program: PROGRAM.into(),
+        build: BUILD.into(),
+        cpu: cpu_class().into(),
         name: plan.scene.name.clone(),
         verdict: Verdict::Running,
         threads: rayon::current_num_threads(),

@@ -6,7 +6,8 @@ use crate::scene::Plan;
 
 /// SHA-256 of the scene and of the files it names: tools, mesh of the blank, material card, and the history whose
 /// increments are followed.
-pub(super) fn inputs(plan: &Plan) -> BTreeMap<String, String> {
+#[must_use]
+pub fn inputs(plan: &Plan) -> BTreeMap<String, String> {
     let tools = plan.scene.tools.iter().zip(&plan.tools);
     let tools = tools.map(|(tool, loaded)| (tool.file.clone(), loaded.sha256.clone()));
     let followed = plan.followed.iter().map(|f| (f.file.clone(), f.sha256.clone()));

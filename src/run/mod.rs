@@ -4,6 +4,7 @@
 //! keeps its results. `report.html` needs the feature `pages`.
 
 pub mod advice;
+pub mod build;
 pub mod checkpoint;
 pub mod cost;
 mod earlier_run;
@@ -37,8 +38,10 @@ use crate::scene::Plan;
 use crate::solver::reach::{ExcludedPatches, Guard, exclude_unreachable, reachable};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
+pub use earlier_run::completed;
 pub use error::{CheckpointError, RunError};
 pub use first_record::PROGRAM;
+pub use inputs::inputs as inputs_of;
 
 use folder::RunFolder;
 
@@ -54,7 +57,7 @@ pub struct Progress<'a> {
 }
 
 /// Options of a run.
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub struct RunOptions<'a> {
     /// Continue from the checkpoint in the folder.
     pub restart: bool,

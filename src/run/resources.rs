@@ -20,7 +20,12 @@ pub fn cpu_seconds() -> f64 {
 /// This process; `None` if the system does not identify it in `/proc`.
 #[must_use]
 pub fn this_process() -> Option<Process> {
-    let id = std::process::id();
+    identity(std::process::id())
+}
+
+/// The process `id` of this machine; `None` if there is none or the system does not identify it in `/proc`.
+#[must_use]
+pub fn identity(id: u32) -> Option<Process> {
     Some(Process { id, started: started(id)?, host: host()? })
 }
 

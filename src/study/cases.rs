@@ -1,13 +1,14 @@
 //! The cases of a study: a scene for every combination of its choices.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
 use super::case::Case;
 use super::file::{Choice, Study};
 use super::follow;
+use super::inputs::{folder_of, relative};
 use crate::scene::read::is_path;
 
 /// Largest number of cases.
@@ -26,6 +27,13 @@ pub struct Roots<'a> {
     pub tools: &'a Path,
     /// Folder of all other files: that of the study file.
     pub own: &'a Path,
+}
+
+/// The path of the folder `to` as seen from the folder of any case of the study folder `study`; both absolute, without
+/// links. With it the scenes of a study are the same wherever the folders are mounted.
+#[must_use]
+pub fn from_case(study: &Path, to: &Path) -> PathBuf {
+    relative(&folder_of(study, "case"), to)
 }
 
 /// The cases of `study`; the last choice varies fastest. At most 10,000 are returned.
@@ -97,7 +105,7 @@ fn case(study: &Study, base: &Value, roots: &Roots<'_>, taken: &[usize]) -> Case
     let id = options.join("_");
     let follows = follow::of(study, &id).map(str::to_owned);
     if let Some(other) = &follows {
-        let history = format!("../{other}/run/history.csv");
+        let history = follow::history_of(other);
         if scene.get("solver").is_none() {
             put(&mut scene, "solver", Value::Object(serde_json::Map::new()));
         }

@@ -94,20 +94,21 @@ pub fn at(curve: &[(f64, f64)], x: f64) -> f64 {
     y0 + (y1 - y0) * ((x - x0) / (x1 - x0)).clamp(0.0, 1.0)
 }
 
-/// Number of patches of all tools of a scene, and the largest of their shape errors [mm] if all are known.
+/// Number of patches of all tools of a scene, and the largest of their shape errors [mm] if all are known. Files are
+/// relative to `folder`.
 #[must_use]
-pub fn tools(scene: &Value) -> (usize, Option<f64>) {
+pub fn tools(scene: &Value, folder: &Path) -> (usize, Option<f64>) {
     let files = scene.get("tools").and_then(Value::as_array).into_iter().flatten();
     let files = files.filter_map(|t| t.get("file").and_then(Value::as_str));
     let (mut patches, mut errors) = (0, Vec::new());
     for file in files {
-        let bytes =
-            crate::files::read(file.as_ref(), crate::files::Input::Tool).unwrap_or_default();
+        let file = super::inputs::joined(folder, Path::new(file));
+        let bytes = crate::files::read(&file, crate::files::Input::Tool).unwrap_or_default();
         let tool: Value = serde_json::from_slice(&bytes).unwrap_or_default();
         let count = |key: &str| tool.get(key).and_then(Value::as_array).map_or(0, Vec::len);
         patches += count("patches") + count("bezier_patches");
         let named = tool.pointer("/provenance/shape_error_mm").and_then(Value::as_f64);
-        errors.push(audited(Path::new(file), &bytes).or(named).map(f64::abs));
+        errors.push(audited(&file, &bytes).or(named).map(f64::abs));
     }
     let known: Option<Vec<f64>> = errors.into_iter().collect();
     (patches, known.and_then(|errors| errors.into_iter().reduce(f64::max)))
@@ -197,13 +198,13 @@ mod tests {
         put("punch.tool.json", serde_json::json!({"bezier_patches": [1], "provenance": {}}));
         let file = |name: &str| serde_json::json!({"file": path(name)});
         let scene = serde_json::json!({"tools": [file("die.tool.json"), file("punch.tool.json")]});
-        assert_eq!(tools(&scene), (3, None));
+        assert_eq!(tools(&scene, Path::new("/")), (3, None));
         let mut audit = serde_json::json!({"tool_sha256": "other", "max_mm": 0.1, "min_mm": -0.4});
         put("punch.audit.json", audit.clone());
-        assert_eq!(tools(&scene), (3, None));
+        assert_eq!(tools(&scene, Path::new("/")), (3, None));
         audit["tool_sha256"] = sha256_hex(&std::fs::read(path("punch.tool.json")).unwrap()).into();
         put("punch.audit.json", audit);
-        assert_eq!(tools(&scene), (3, Some(0.4)));
+        assert_eq!(tools(&scene, Path::new("/")), (3, Some(0.4)));
     }
 
     #[test]

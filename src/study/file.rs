@@ -35,6 +35,24 @@ pub struct Study {
     /// Expected results.
     #[serde(default)]
     pub checks: Vec<Check>,
+    /// Options of Slurm's jobs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slurm: Option<SlurmOptions>,
+}
+
+/// Options of the jobs of a study on a cluster with Slurm; those of the command line count more.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SlurmOptions {
+    /// Account.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub account: Option<String>,
+    /// Partition.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub partition: Option<String>,
+    /// Other options of `sbatch`, with their dashes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub options: Vec<String>,
 }
 
 /// Cases whose increments end where those of another case ended (`solver.increments_of` of a scene). They then differ

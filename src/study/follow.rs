@@ -9,6 +9,11 @@ pub(super) fn of<'a>(study: &'a Study, id: &str) -> Option<&'a str> {
     follow.map(|f| f.of.as_str())
 }
 
+/// The history of the case `leader`, as seen from the folder of another.
+pub(super) fn history_of(leader: &str) -> String {
+    format!("../{leader}/run/history.csv")
+}
+
 /// A case that follows two others, or itself in a cycle: key, and what was found.
 pub(super) fn fault(study: &Study) -> Option<(String, String)> {
     let named = || study.follow.iter().flat_map(|f| &f.cases);

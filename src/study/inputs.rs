@@ -1,19 +1,15 @@
-//! Inputs of a case's run, and proof of completion by its `run.json`.
+//! Inputs of a case's run: the scene and the files that it names.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::collections::HashMap;
+use std::path::{Component, Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use serde_json::Value;
 
 use super::case::Case;
-use super::manifest::State;
-use crate::files::sha256_hex;
-use crate::report::record::{RunRecord, Verdict};
-use crate::run::PROGRAM;
+use super::proof::Inputs;
+use crate::files::{Input, sha256_hex};
 use crate::scene::read::is_path;
-
-/// SHA-256 of the scene and of the files it names, by name as in the scene, as in `run.json`.
-pub(super) type Inputs = BTreeMap<String, String>;
 
 /// Folder of a case.
 pub(super) fn folder_of(study: &Path, case: &str) -> PathBuf {
@@ -26,25 +22,80 @@ pub(super) fn scene_text(case: &Case) -> Vec<u8> {
     serde_json::to_vec_pretty(&case.scene).unwrap_or_default()
 }
 
-/// Reads the inputs of `case` in the study folder `study`.
+/// Digests of files that many cases share. A file is read once.
+#[derive(Debug, Default)]
+pub(super) struct Digests {
+    known: Mutex<HashMap<PathBuf, String>>,
+}
+
+impl Digests {
+    /// SHA-256 of a file.
+    fn of(&self, path: PathBuf) -> std::io::Result<String> {
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(digest) = known().get(&path) {
+            return Ok(digest.clone());
+        }
+        let digest = sha256_hex(&crate::files::read(&path, Input::Mesh)?);
+        known().insert(path, digest.clone());
+        Ok(digest)
+    }
+}
+
+/// Reads the inputs of `case` in the study folder `study`, which exists. Without `history`, the history that a case follows
+/// is not among them.
 ///
 /// # Errors
 /// The key of a file that cannot be read, the reason, and the remedy.
-pub(super) fn inputs(case: &Case, study: &Path) -> Result<Inputs, String> {
-    let folder = folder_of(study, &case.id);
+pub(super) fn inputs(
+    case: &Case,
+    study: &Path,
+    digests: &Digests,
+    history: bool,
+) -> Result<Inputs, String> {
+    let folder = folder_of(&study.canonicalize().unwrap_or_else(|_| study.into()), &case.id);
     let mut all = Inputs::from([("scene".to_owned(), sha256_hex(&scene_text(case)))]);
     for (place, file, remedy) in files(case) {
-        let path = match file.strip_prefix("../") {
-            // The folder of the case may not exist yet.
-            Some(other) => study.join("cases").join(other),
-            None => folder.join(file),
+        let follows = case.follows.is_some() && place == HISTORY;
+        if follows && !history {
+            continue;
+        }
+        let path = joined(&folder, Path::new(file));
+        // A history changes while the study runs.
+        let digest = if follows {
+            crate::files::read(&path, Input::Mesh).map(|bytes| sha256_hex(&bytes))
+        } else {
+            digests.of(path.clone())
         };
-        let bytes = crate::files::read(&path, crate::files::Input::Mesh)
+        let digest = digest
             .map_err(|e| format!("{place}: cannot read {}: {e}; {remedy}", path.display()))?;
-        all.insert(file.to_owned(), sha256_hex(&bytes));
+        all.insert(file.to_owned(), digest);
     }
     Ok(all)
 }
+
+/// The path of `file` in `folder`, which need not exist: `..` is resolved by name.
+pub(super) fn joined(folder: &Path, file: &Path) -> PathBuf {
+    let mut path = PathBuf::new();
+    for part in folder.join(file).components() {
+        match part {
+            Component::ParentDir => _ = path.pop(),
+            Component::CurDir => {}
+            part => path.push(part),
+        }
+    }
+    path
+}
+
+/// The path from the folder `from` to `to`, both absolute and without links.
+pub(super) fn relative(from: &Path, to: &Path) -> PathBuf {
+    let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    let up = from.components().skip(shared).map(|_| Component::ParentDir);
+    let path: PathBuf = up.chain(to.components().skip(shared)).collect();
+    if path.as_os_str().is_empty() { ".".into() } else { path }
+}
+
+/// Key of the history whose increments a scene follows.
+const HISTORY: &str = "solver.increments_of";
 
 /// Files named by the scene: key, file, and remedy if it is missing.
 fn files(case: &Case) -> Vec<(String, &str, String)> {
@@ -70,43 +121,9 @@ fn files(case: &Case) -> Vec<(String, &str, String)> {
             Some(other) => format!("remove cases/{other}/run to have {other} run again"),
             None => "a history stands relative to the study file".to_owned(),
         };
-        files.push(("solver.increments_of".into(), file, remedy));
+        files.push((HISTORY.into(), file, remedy));
     }
     files
-}
-
-/// SHA-256 of the inputs and of the program version.
-pub(super) fn digest(inputs: &Inputs) -> String {
-    let mut all = PROGRAM.as_bytes().to_vec();
-    all.extend(inputs.iter().flat_map(|(name, sha)| format!("\n{name}\n{sha}").into_bytes()));
-    sha256_hex(&all)
-}
-
-/// Whether the folder of the case contains a run.
-pub(super) fn has_run(case: &Case, study: &Path) -> bool {
-    folder_of(study, &case.id).join("run/run.json").exists()
-}
-
-/// Outcome of the run in the case's folder, if it has ended with these inputs and this program version.
-pub(super) fn completed_run(
-    case: &Case,
-    study: &Path,
-    inputs: &Inputs,
-) -> Option<(State, Option<String>)> {
-    let text = crate::files::read(
-        &folder_of(study, &case.id).join("run/run.json"),
-        crate::files::Input::Description,
-    )
-    .ok()?;
-    let record = RunRecord::parse(&text).ok()?;
-    if record.program != PROGRAM || record.inputs != *inputs {
-        return None;
-    }
-    match record.verdict {
-        Verdict::Completed | Verdict::Doubtful => Some((State::Done, None)),
-        Verdict::NotConverged => Some((State::Failed, record.message)),
-        Verdict::Running | Verdict::Stopped => None,
-    }
 }
 
 #[cfg(test)]
@@ -129,7 +146,7 @@ mod tests {
             "solver": {"increments_of": "../b/run/history.csv"},
         });
         let one = case(scene, Some("b"));
-        let now = || inputs(&one, folder.path());
+        let now = || inputs(&one, folder.path(), &Digests::default(), true);
         let message = now().unwrap_err();
         assert!(
             message.contains("tools[0].file") && message.contains("make the tool files"),
@@ -147,9 +164,21 @@ mod tests {
         assert_eq!(first.len(), 4);
         for changed in ["die.json", "blank.inp"] {
             fs::write(file(changed), "2").unwrap();
-            assert_ne!(digest(&now().unwrap()), digest(&first), "{changed}");
+            assert_ne!(now().unwrap(), first, "{changed}");
             fs::write(file(changed), "1").unwrap();
         }
-        assert_eq!(digest(&now().unwrap()), digest(&first));
+        assert_eq!(now().unwrap(), first);
+        assert_eq!(inputs(&one, folder.path(), &Digests::default(), false).unwrap().len(), 3);
+    }
+
+    #[test]
+    fn paths_between_folders_go_up_and_down_again() {
+        let of = |from: &str, to: &str| relative(Path::new(from), Path::new(to));
+        assert_eq!(of("/a/out/cases/x", "/a/models"), Path::new("../../../models"));
+        assert_eq!(of("/a", "/a"), Path::new("."));
+        assert_eq!(of("/a/b", "/c"), Path::new("../../c"));
+        let back = joined(Path::new("/a/out/cases/x"), Path::new("../../../models/./die.json"));
+        assert_eq!(back, Path::new("/a/models/die.json"));
+        assert_eq!(joined(Path::new("/a"), Path::new("/b/c")), Path::new("/b/c"));
     }
 }

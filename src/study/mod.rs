@@ -2,25 +2,34 @@
 //!
 //! - [`file`]: the study file; [`mod@read`] reads it, `validate` checks it
 //! - [`cases`]: a scene for every combination of the choices
-//! - [`execute`]: runs the cases that are not done; [`follow`]: their order; [`manifest`]: their state
+//! - [`prepare`]: a folder for each with its scene and [`case_file`]; [`follow`]: their order
+//! - [`schedule`]: has a [`runner`] run those that are not done; [`mod@run_case`]: the command of a case
+//! - [`mod@states`]: their state, from the files in their folders
 //! - [`mod@collect`]: compares their records; [`checks`]: expected results; [`mod@metrics`]: results of one run
 
 pub mod case;
+pub mod case_file;
 pub mod cases;
 pub mod checks;
 pub mod collect;
 pub mod compare;
-pub mod execute;
 pub mod file;
 pub mod follow;
+mod groups;
 mod inputs;
-pub mod manifest;
 pub mod metrics;
+pub mod outcome;
 mod output;
 pub mod patches;
-mod process;
+pub mod prepare;
+mod proof;
 pub mod read;
+pub mod run_case;
+pub mod runner;
+pub mod schedule;
 pub mod stability;
+pub mod states;
+pub mod status;
 mod validate;
 
 use std::path::PathBuf;
@@ -70,6 +79,45 @@ pub enum StudyError {
         /// The process, in words.
         who: String,
     },
+    /// Runs in the folder are of other inputs or of another build.
+    #[error("{}: {}; allowed: runs of the present inputs by this build", folder.display(), listed(cases))]
+    OtherRuns {
+        /// The folder.
+        folder: PathBuf,
+        /// Cases, and what differs.
+        cases: Vec<(String, String)>,
+    },
+    /// Cases have been submitted with another runner.
+    #[error(
+        "{}: cases are submitted with --runner {runner}; found {asked}; allowed: that runner, or to end them first",
+        folder.display()
+    )]
+    OtherRunner {
+        /// The folder.
+        folder: PathBuf,
+        /// Runner that has tickets.
+        runner: String,
+        /// Runner that was asked for.
+        asked: &'static str,
+    },
+    /// The engine of a runner refuses a submission.
+    #[error(
+        "{runner} refuses the submission: {reason}; allowed: what it offers (memory, time, account, partition)"
+    )]
+    Refused {
+        /// The runner.
+        runner: &'static str,
+        /// Its message.
+        reason: String,
+    },
+    /// The engine of a runner does not answer.
+    #[error("{runner} does not answer, nothing is known to be submitted: {reason}")]
+    NoAnswer {
+        /// The runner.
+        runner: &'static str,
+        /// Its message.
+        reason: String,
+    },
     /// The study or one of its scenes is invalid.
     #[error("{}, {place}: found {found}; allowed: {allowed}", path.display())]
     Value {
@@ -85,4 +133,17 @@ pub enum StudyError {
     /// A result file cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+}
+
+/// Largest number of cases in a message.
+const LISTED_MAX: usize = 5;
+
+/// Cases and what differs, in words.
+fn listed(cases: &[(String, String)]) -> String {
+    let named = cases.iter().take(LISTED_MAX).map(|(case, what)| format!("{case}: {what}"));
+    let mut text = named.collect::<Vec<_>>().join("; ");
+    if cases.len() > LISTED_MAX {
+        text += &format!("; and {} more", cases.len() - LISTED_MAX);
+    }
+    text
 }

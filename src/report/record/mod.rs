@@ -197,6 +197,12 @@ pub struct RunRecord {
     /// Tool patches excluded by `--auto` because the sheet cannot touch them.
     #[serde(rename = "left_out", default, skip_serializing_if = "Vec::is_empty")]
     pub excluded_patches: Vec<ExcludedPatchesRecord>,
+    /// Build that computed it: version, commit, profile, features; of a continued run all of them, joined by `then`.
+    #[serde(default)]
+    pub build: String,
+    /// Class of vector instructions used (`x86-v3`, `x86-v4`, `aarch64`, `scalar`); of a continued run all of them.
+    #[serde(default)]
+    pub cpu: String,
     /// The process that wrote the record, if the system identifies it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub process: Option<Process>,

@@ -9,6 +9,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::advice::holder::Holder;
+use super::build::{BUILD, cpu_class};
 use super::error::RunError;
 use super::fields;
 use super::first_record::first_record;
@@ -118,6 +119,8 @@ impl RunFolder {
         self.record.verdict = Verdict::Running;
         self.record.message = None;
         self.record.process = this_process();
+        append(&mut self.record.build, BUILD);
+        append(&mut self.record.cpu, cpu_class());
         // Steps removed since then are dropped from the collection.
         let (path, steps) = (&self.path, &mut self.steps);
         steps.retain(|(_, name)| path.join(name).is_file());
@@ -273,6 +276,13 @@ impl RunFolder {
 }
 
 /// Creates the folders of a run and removes incomplete files from them.
+/// Adds `now` to a list of builds or classes that computed parts of a run, if it is not the last of them.
+fn append(list: &mut String, now: &str) {
+    if !list.ends_with(now) {
+        *list = if list.is_empty() { now.to_owned() } else { format!("{list} then {now}") };
+    }
+}
+
 fn make_folders(path: &Path) -> Result<(), RunError> {
     for folder in [path.to_path_buf(), path.join("steps"), path.join("tools")] {
         fs::create_dir_all(&folder)

@@ -1,4 +1,4 @@
-//! Comparison of all cases: `study.csv`, `study.html` and charts.
+//! Comparison of all cases: `study.csv`, `cost.csv`, `study.html` and charts.
 
 mod chart_set;
 mod curves;
@@ -13,16 +13,16 @@ use super::StudyError;
 use super::case::Case;
 use super::checks::{Check, Outcome};
 use super::compare::{sheet, tools};
-use super::execute::{Manifest, State};
 use super::file::Study;
-use super::inputs::{digest, folder_of, inputs};
+use super::inputs::folder_of;
 use super::output::{plot, write_csv};
+use super::states::{State, States};
 use crate::report::csv;
 use crate::report::doubt::Doubt;
 use crate::report::drawing::write_chart;
 use crate::report::page::Page;
 
-/// Writes `study.csv`, `study.html` and the charts into `folder`.
+/// Writes `study.csv`, `cost.csv`, `study.html` and the charts into `folder`.
 ///
 /// A case is stale if its scene, tools or followed increments differ from those of its results. It is listed, but not
 /// compared.
@@ -32,16 +32,17 @@ use crate::report::page::Page;
 pub fn collect(
     study: &Study,
     cases: &[Case],
-    manifest: &Manifest,
+    states: &States,
     folder: &Path,
 ) -> Result<Findings, StudyError> {
-    let case_state = |case| case_state(case, cases, manifest, folder);
+    let case_state = |case| case_state(case, states);
     let mut rows: Vec<Row<'_>> =
         cases.iter().map(|case| row(study, case, case_state(case), folder)).collect();
     compare(&mut rows, study.reference.as_deref());
-    let (head, cells) = table::table(study, &rows);
-    let names: Vec<&str> = head.iter().map(String::as_str).collect();
-    write_csv(&folder.join("study.csv"), &names, &cells)?;
+    let tables = [
+        ("Cases", "study.csv", table::results(study, &rows)),
+        ("Cost", "cost.csv", table::costs(&rows)),
+    ];
     let charts = chart_set::charts(study, &rows);
     let bars = chart_set::bars(&rows);
     for (name, chart) in &charts {
@@ -54,8 +55,12 @@ pub fn collect(
     let mut page = Page::new(&study.name);
     let doubts = doubts(&rows);
     page.doubts(&doubts);
-    page.heading("Cases");
-    page.table(&names, &cells);
+    for (title, name, (head, cells)) in &tables {
+        let names: Vec<&str> = head.iter().map(String::as_str).collect();
+        write_csv(&folder.join(name), &names, cells)?;
+        page.heading(title);
+        page.table(&names, cells);
+    }
     put_checks(&mut page, &checks);
     for (_, bars) in &bars {
         page.heading(&bars.title);
@@ -103,51 +108,16 @@ fn put_checks(page: &mut Page, checks: &[(Check, Outcome)]) {
     page.table(&["expected", "", "found", "allowed"], &cells);
 }
 
-/// State of a case by the manifest; stale if scene, tools or followed increments have changed since its run.
-fn case_state(
-    case: &Case,
-    cases: &[Case],
-    manifest: &Manifest,
-    folder: &Path,
-) -> (CaseState, Option<String>) {
-    let Some(entry) = manifest.cases.get(&case.id) else { return (CaseState::Waiting, None) };
-    let recorded = match entry.state {
-        State::Waiting => CaseState::Waiting,
+/// State and reason of a case; one that is running has no results yet.
+fn case_state(case: &Case, states: &States) -> (CaseState, Option<String>) {
+    let Some(entry) = states.get(&case.id) else { return (CaseState::Waiting, None) };
+    let state = match entry.state {
+        State::Waiting | State::Running => CaseState::Waiting,
         State::Done => CaseState::Done,
         State::Failed => CaseState::Failed,
+        State::Stale => CaseState::Stale,
     };
-    // A case that could not start has no results to compare.
-    if entry.inputs.is_empty() {
-        return (recorded, entry.reason.clone());
-    }
-    let mut at = case;
-    // Following is acyclic in valid studies; the count terminates otherwise.
-    for _ in 0..=cases.len() {
-        if let Some(why) = changed(at, manifest, folder) {
-            let reason = if at.id == case.id { why } else { format!("follows {}: {why}", at.id) };
-            return (CaseState::Stale, Some(reason));
-        }
-        let Some(next) = at.follows.as_ref().and_then(|id| cases.iter().find(|c| c.id == *id))
-        else {
-            break;
-        };
-        at = next;
-    }
-    (recorded, entry.reason.clone())
-}
-
-/// Why the results of a case are stale; `None` if they are current.
-fn changed(case: &Case, manifest: &Manifest, folder: &Path) -> Option<String> {
-    // A case that could not start has no digest.
-    let entry = manifest.cases.get(&case.id).filter(|e| !e.inputs.is_empty())?;
-    match inputs(case, folder).map(|now| digest(&now)) {
-        Ok(now) if now == entry.inputs => None,
-        Ok(_) => Some(
-            "its scene or a tool file (or the increments it takes) has changed since it was run; run the study again"
-                .into(),
-        ),
-        Err(error) => Some(format!("what it was run with cannot be compared: {error}")),
-    }
+    (state, entry.reason.clone())
 }
 
 fn row<'a>(
@@ -157,7 +127,8 @@ fn row<'a>(
     folder: &Path,
 ) -> Row<'a> {
     let run = folder_of(folder, &case.id).join("run");
-    let (patches, shape_error) = tools(&case.scene);
+    let own = folder.canonicalize().unwrap_or_else(|_| folder.into());
+    let (patches, shape_error) = tools(&case.scene, &folder_of(&own, &case.id));
     let mut row = Row {
         case,
         case_state,

@@ -1,4 +1,4 @@
-//! The table of cases: the same columns for file and page.
+//! The tables of cases, for file and page: results, and what they cost.
 
 use super::row::{CaseState, Row};
 use crate::report::record::RunRecord;
@@ -17,7 +17,8 @@ pub(super) const PHASES: [(&str, &str); 6] = [
     ("solve", "solves"),
 ];
 
-const COLUMNS: [Column; 41] = [
+/// Columns of results, the same wherever and however often a study is run on processors of a class.
+const RESULTS: [Column; 31] = [
     ("state", state),
     ("doubts", |r| of(r, doubt_codes)),
     ("method", |r| r.method.clone()),
@@ -28,16 +29,6 @@ const COLUMNS: [Column; 41] = [
     ("step_cuts", |r| of(r, |r| r.step_cuts.to_string())),
     ("factorisations", |r| of(r, |r| r.factorisations.to_string())),
     ("updates", |r| of(r, |r| r.updates.to_string())),
-    ("wall_s", |r| of(r, |r| format!("{:.1}", r.wall_s))),
-    ("cpu_s", |r| of(r, |r| format!("{:.1}", r.cpu_s))),
-    ("peak_mb", |r| of(r, |r| format!("{:.0}", r.peak_mb))),
-    ("search_and_projection_s", |r| of(r, |r| phase(r, 0))),
-    ("contact_s", |r| of(r, |r| phase(r, 1))),
-    ("elements_s", |r| of(r, |r| phase(r, 2))),
-    ("factor_s", |r| of(r, |r| phase(r, 3))),
-    ("update_s", |r| of(r, |r| phase(r, 4))),
-    ("solve_s", |r| of(r, |r| phase(r, 5))),
-    ("other_s", |r| of(r, |r| format!("{:.2}", rest(r)))),
     ("travel_mm", |r| maybe(r.curve.last().map(|p| p.0), 3)),
     ("force_max_n", |r| maybe(r.curve.iter().map(|p| p.1).reduce(f64::max), 0)),
     ("force_end_n", |r| maybe(r.curve.last().map(|p| p.1), 0)),
@@ -57,20 +48,51 @@ const COLUMNS: [Column; 41] = [
     ("force_rms_to_reference", |r| maybe(r.differences.force_rms, 5)),
     ("thickness_dx_difference_mm", |r| maybe(r.differences.thickness[0], 5)),
     ("thickness_dxy_difference_mm", |r| maybe(r.differences.thickness[1], 5)),
-    ("threads", |r| of(r, |r| r.threads.to_string())),
+    ("cpu", |r| of(r, |r| r.cpu.clone())),
     ("reason", |r| r.reason.clone().unwrap_or_default()),
 ];
 
-/// Header and rows: case, its options, and the results of its run.
-pub(super) fn table(study: &Study, rows: &[Row<'_>]) -> (Vec<String>, Vec<Vec<String>>) {
-    let choices = study.choices.iter().map(|c| c.name.clone());
-    let head = std::iter::once("case".to_owned())
-        .chain(choices)
-        .chain(COLUMNS.map(|(name, _)| name.to_owned()))
-        .collect();
+/// Columns of cost, which differ between runs.
+const COSTS: [Column; 11] = [
+    ("wall_s", |r| of(r, |r| format!("{:.1}", r.wall_s))),
+    ("cpu_s", |r| of(r, |r| format!("{:.1}", r.cpu_s))),
+    ("peak_mb", |r| of(r, |r| format!("{:.0}", r.peak_mb))),
+    ("search_and_projection_s", |r| of(r, |r| phase(r, 0))),
+    ("contact_s", |r| of(r, |r| phase(r, 1))),
+    ("elements_s", |r| of(r, |r| phase(r, 2))),
+    ("factor_s", |r| of(r, |r| phase(r, 3))),
+    ("update_s", |r| of(r, |r| phase(r, 4))),
+    ("solve_s", |r| of(r, |r| phase(r, 5))),
+    ("other_s", |r| of(r, |r| format!("{:.2}", rest(r)))),
+    ("threads", |r| of(r, |r| r.threads.to_string())),
+];
+
+/// A table: header and rows.
+pub(super) type Table = (Vec<String>, Vec<Vec<String>>);
+
+/// Case, its options, and the results of its run.
+pub(super) fn results(study: &Study, rows: &[Row<'_>]) -> Table {
+    let choices = study.choices.iter().map(|c| c.name.clone()).collect();
+    of_columns(choices, &RESULTS, rows, |row| row.case.options.clone())
+}
+
+/// Case, and the cost of its run.
+pub(super) fn costs(rows: &[Row<'_>]) -> Table {
+    of_columns(Vec::new(), &COSTS, rows, |_| Vec::new())
+}
+
+/// Columns for all rows, after the case and the columns `more`.
+fn of_columns(
+    more: Vec<String>,
+    columns: &[Column],
+    rows: &[Row<'_>],
+    cells_of: impl Fn(&Row<'_>) -> Vec<String>,
+) -> Table {
+    let names = columns.iter().map(|(name, _)| (*name).to_owned());
+    let head = std::iter::once("case".to_owned()).chain(more).chain(names).collect();
     let cells = |row: &Row<'_>| {
-        let named = std::iter::once(row.case.id.clone()).chain(row.case.options.iter().cloned());
-        named.chain(COLUMNS.map(|(_, cell)| cell(row))).collect()
+        let named = std::iter::once(row.case.id.clone()).chain(cells_of(row));
+        named.chain(columns.iter().map(|(_, cell)| cell(row))).collect()
     };
     (head, rows.iter().map(cells).collect())
 }

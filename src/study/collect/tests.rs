@@ -5,14 +5,16 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::study::cases::{Roots, cases};
-use crate::study::execute::Entry;
+use crate::study::inputs::{Digests, inputs};
+use crate::study::states::{Entry, states};
 
 /// A study of three models in a folder: the first two done, the third not started.
 struct Made {
     folder: tempfile::TempDir,
     study: Study,
     cases: Vec<Case>,
-    manifest: Manifest,
+    /// States that the folder does not show.
+    other: States,
 }
 
 impl Made {
@@ -34,15 +36,10 @@ impl Made {
         .unwrap();
         let roots = Roots { tools: folder.path(), own: folder.path() };
         let cases = cases(&study, &roots, false);
-        let mut manifest = Manifest::default();
         for (case, force) in cases.iter().zip([10.0, 12.0]) {
-            let inputs = digest(&inputs(case, folder.path()).unwrap());
-            manifest
-                .cases
-                .insert(case.id.clone(), Entry { inputs, state: State::Done, reason: None });
-            put_run(&folder_of(folder.path(), &case.id).join("run"), force);
+            put_run(case, folder.path(), force);
         }
-        Self { folder, study, cases, manifest }
+        Self { folder, study, cases, other: States::default() }
     }
 
     fn collect(&self) -> Vec<(Check, Outcome)> {
@@ -50,16 +47,24 @@ impl Made {
     }
 
     fn findings(&self) -> Findings {
-        collect(&self.study, &self.cases, &self.manifest, self.folder.path()).unwrap()
+        collect(&self.study, &self.cases, &self.states(), self.folder.path()).unwrap()
+    }
+
+    fn states(&self) -> States {
+        let mut states = states(&self.cases, self.folder.path());
+        states.extend(self.other.clone());
+        states
     }
 
     fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    /// A cell of `study.csv`.
+    /// A cell of `study.csv` or `cost.csv`.
     fn cell(&self, case: &str, column: &str) -> String {
         let text = fs::read_to_string(self.path("study.csv")).unwrap();
+        let is_cost = !text.lines().next().unwrap().split(',').any(|head| head == column);
+        let text = if is_cost { fs::read_to_string(self.path("cost.csv")).unwrap() } else { text };
         let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
         let head = cells(text.lines().next().unwrap());
         let row = text.lines().map(cells).find(|r| r[0] == case).unwrap();
@@ -67,13 +72,15 @@ impl Made {
     }
 }
 
-fn put_run(run: &Path, force: f64) {
+fn put_run(case: &Case, study: &Path, force: f64) {
+    let run = &folder_of(study, &case.id).join("run");
     fs::create_dir_all(run).unwrap();
+    let inputs = inputs(case, study, &Digests::default(), true).unwrap();
     let record = json!({
-        "format": "kanagata-run", "version": 2, "program": "", "name": "", "verdict": "completed",
+        "format": "kanagata-run", "version": 2, "program": "", "build": crate::run::build::BUILD, "name": "", "verdict": "completed",
         "increments": 3, "iterations": 6, "step_cuts": 0, "wall_s": 9.0, "cpu_s": force, "peak_mb": 5.0,
         "timings_s": {"search": 3.0, "factor": 0.4 * force}, "factorisations": 8, "threads": 1, "unknowns": 3, "force_error": 1e-12,
-        "energy_error": 1e-3, "volume_error": 1e-15, "penetration_mm": 0.0, "inputs": {},
+        "energy_error": 1e-3, "volume_error": 1e-15, "penetration_mm": 0.0, "inputs": inputs,
         "springback": {"largest_mm": 0.5, "rms_mm": 0.25, "force_n": 40.0, "energy_nmm": 7.0}
     });
     fs::write(run.join("run.json"), record.to_string()).unwrap();
@@ -104,7 +111,7 @@ fn results_of_other_tools_are_stale_and_take_part_in_nothing() {
     fs::write(made.path("coarse/die.tool.json"), "{}").unwrap();
     let checks = made.collect();
     assert_eq!(made.cell("coarse", "state"), "stale");
-    assert!(made.cell("coarse", "reason").contains("a tool file"));
+    assert!(made.cell("coarse", "reason").contains("die.tool.json has changed"));
     for column in ["force_rms_to_reference", "force_end_n", "iterations", "springback_mm"] {
         assert_eq!(made.cell("coarse", column), "", "{column}");
     }
@@ -122,8 +129,6 @@ fn results_of_other_tools_are_stale_and_take_part_in_nothing() {
 fn who_follows_a_stale_case_is_stale_too() {
     let mut made = Made::new(json!([]));
     made.cases[1].follows = Some("fine".into());
-    let inputs = digest(&inputs(&made.cases[1], made.folder.path()).unwrap());
-    made.manifest.cases.get_mut("coarse").unwrap().inputs = inputs;
     made.collect();
     assert_eq!(made.cell("coarse", "state"), "done");
     fs::write(made.path("fine/die.tool.json"), "{}").unwrap();
@@ -135,11 +140,10 @@ fn who_follows_a_stale_case_is_stale_too() {
 #[test]
 fn cases_that_were_not_run_have_no_numbers() {
     let mut made = Made::new(json!([]));
-    let inputs = digest(&inputs(&made.cases[2], made.folder.path()).unwrap());
     made.collect();
     assert_eq!(made.cell("later", "state"), "waiting");
     let reason = Some("gave up".to_owned());
-    made.manifest.cases.insert("later".into(), Entry { inputs, state: State::Failed, reason });
+    made.other.insert("later".into(), Entry::new(State::Failed, reason));
     made.collect();
     assert_eq!(made.cell("later", "state"), "failed");
     assert_eq!(made.cell("later", "reason"), "gave up");
@@ -182,7 +186,7 @@ fn methods_are_lines_and_the_best_are_ringed() {
         .cases
         .iter()
         .map(|case| {
-            let case_state = case_state(case, &made.cases, &made.manifest, made.folder.path());
+            let case_state = case_state(case, &made.states());
             row(&made.study, case, case_state, made.folder.path())
         })
         .collect();

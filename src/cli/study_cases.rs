@@ -1,0 +1,185 @@
+//! The cases of a forming study: prepared, run where they are to run, compared.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use super::doubts::print_doubts;
+use super::exit::{Exit, Failure};
+use super::stop;
+use super::study::{StudyArgs, folder, io, value};
+use super::terminal::{err, out, put};
+use crate::study::case::Case;
+use crate::study::cases::{Roots, cases, chosen, from_case, ids};
+use crate::study::checks::Outcome;
+use crate::study::collect::{Findings, collect};
+use crate::study::file::Study;
+use crate::study::follow::with_leaders;
+use crate::study::prepare::prepare;
+use crate::study::runner::tickets::{Ticket, Tickets};
+use crate::study::schedule::{self, Execution, execute};
+use crate::study::states::{State, States, mixture, refuse_other_runs, states};
+
+/// Prepares, runs and compares the cases of a study.
+///
+/// # Errors
+/// As `kanagata study`.
+pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
+    let output = args.folder();
+    let [own, tools] = folders(args)?;
+    std::fs::create_dir_all(output).map_err(folder(output))?;
+    let base = output.canonicalize().map_err(io(output))?;
+    let [tools, own] = [&tools, &own].map(|folder| from_case(&base, folder));
+    let all = cases(study, &Roots { tools: &tools, own: &own }, args.quick);
+    let open = wanted(args, study, &all)?;
+    if args.collect {
+        return compared(args, study, &all, &[]);
+    }
+    let _lock = schedule::lock(output)?;
+    let before = states(&open, output);
+    if !args.renew {
+        refuse_other_runs(&before, output)?;
+    }
+    prepare(&open, &all, output, threads(args), &|line| err!("note: {line}"))?;
+    if args.prepare {
+        out!(
+            "{} cases prepared; `kanagata-solve case {}/cases/NAME` runs one",
+            open.len(),
+            output.display()
+        );
+        return Ok(Exit::Done);
+    }
+    let jobs = args.jobs.map_or(1, NonZeroUsize::get);
+    let mut runner = args.runner.runner(output, Some(study), jobs, args.again)?;
+    if args.runner.emit {
+        for text in schedule::emit(&open, &before, output, &*runner, args.runner.task_s()) {
+            put(&text);
+        }
+        return Ok(Exit::Done);
+    }
+    let stop = stop::request();
+    let section = stop.section();
+    let how = Execution {
+        folder: output,
+        max_tries: args.runner.max_tries(),
+        task_s: args.runner.task_s(),
+        again: args.again,
+        renew: args.renew,
+        before: &before,
+        detach: args.runner.detach,
+        stop,
+        runner: &mut *runner,
+    };
+    execute(&open, how, &|line| out!("{line}"))?;
+    drop(section);
+    if stop.is_requested() {
+        out!(
+            "{}",
+            if runner.outlives() {
+                "stopped; submitted cases go on; the same command continues, --cancel ends them"
+            } else {
+                "stopped; the same command continues from the checkpoints"
+            }
+        );
+        return Ok(Exit::Stopped);
+    }
+    if args.runner.detach {
+        out!(
+            "submitted; the same command continues; state: kanagata study {} --status",
+            output.display()
+        );
+        return Ok(Exit::Done);
+    }
+    compared(args, study, &all, &open)
+}
+
+/// Asks all submitted cases to end.
+///
+/// # Errors
+/// Exit code 2 with another runner than that of the tickets, 4 when the engine does not answer.
+pub(super) fn cancel(args: &StudyArgs) -> Result<Exit, Failure> {
+    let output = args.folder();
+    let tickets = Tickets::read(output);
+    let mut runner = args.runner.of(&tickets.runner).runner(output, None, 1, false)?;
+    let open: Vec<Ticket> = tickets.cases.values().filter_map(|s| s.ticket.clone()).collect();
+    if !open.is_empty() {
+        schedule::cancel(output, &tickets.runner, &open, &mut *runner)?;
+    }
+    out!(
+        "{} submitted cases asked to end; the study's command continues from their checkpoints",
+        open.len()
+    );
+    Ok(Exit::Done)
+}
+
+/// Threads of each case: those asked for; else here the processors by the cases at a time, elsewhere one.
+fn threads(args: &StudyArgs) -> usize {
+    let all = rayon::current_num_threads();
+    let jobs = args.jobs.map_or(1, NonZeroUsize::get);
+    if args.runner.is_local() {
+        (all / jobs).max(1)
+    } else if super::threads::is_asked() {
+        all
+    } else {
+        1
+    }
+}
+
+/// Absolute paths of the folder of the study and of that of its tools.
+fn folders(args: &StudyArgs) -> Result<[PathBuf; 2], Failure> {
+    let own = args.file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let own = own.canonicalize().map_err(io(own))?;
+    let tools = match &args.tools {
+        None => own.clone(),
+        Some(given) => given.canonicalize().map_err(|e| {
+            let found = format!("{}: {e}", given.display());
+            let allowed =
+                "a folder with tool files (`tools/models DIR` makes those of the studies here)";
+            value(&args.file, "--tools", found, allowed.into())
+        })?,
+    };
+    Ok([own, tools])
+}
+
+/// The selected cases and those they follow.
+fn wanted(args: &StudyArgs, study: &Study, all: &[Case]) -> Result<Vec<Case>, Failure> {
+    let ids = ids(study);
+    let chosen = chosen(&ids, &args.only).map_err(|name| {
+        let allowed = format!("a case, or a part of its name: {}", ids.join(", "));
+        value(&args.file, "--only", format!("'{name}'"), allowed)
+    })?;
+    Ok(with_leaders(all, |id| chosen.contains(id)))
+}
+
+/// Compares all cases; `run` are those that were to be run.
+fn compared(args: &StudyArgs, study: &Study, all: &[Case], run: &[Case]) -> Result<Exit, Failure> {
+    let output = args.folder();
+    let states = states(all, output);
+    let Findings { checks, doubts } = collect(study, all, &states, output)?;
+    let failed = not_done(run, &states);
+    if run.iter().any(|case| states.get(&case.id).is_some_and(|e| e.lacks_files)) {
+        err!(
+            "  try: `tools/models DIR` or `kanagata convert` makes tool files; --tools gives their folder"
+        );
+    }
+    if let Some(text) = mixture(all, output) {
+        err!("warning: {text}");
+    }
+    out!("{} cases, {failed} of those run not done", all.len());
+    for (check, outcome) in &checks {
+        let [state, value] = outcome.texts();
+        out!("  {state:13} {}: {value}, {} expected", check.says, check.allowed());
+    }
+    out!("  {}", output.join("study.html").display());
+    print_doubts(&doubts, args.accept_doubts);
+    let broken = checks.iter().any(|(_, outcome)| matches!(outcome, Outcome::Fails { .. }));
+    Ok(match (failed, broken) {
+        (1.., _) => Exit::NoConvergence,
+        (0, true) => Exit::Limit,
+        (0, false) => Exit::of_doubts(&doubts, args.accept_doubts),
+    })
+}
+
+fn not_done(cases: &[Case], states: &States) -> usize {
+    let done = |c: &&Case| states.get(&c.id).is_some_and(|e| e.state == State::Done);
+    cases.len() - cases.iter().filter(done).count()
+}

@@ -1,0 +1,185 @@
+//! Options of `kanagata study` that say where its cases run.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+
+use super::exit::Failure;
+use crate::study::file::Study;
+use crate::study::runner::Runner;
+use crate::study::runner::process::{self, Processes};
+use crate::study::runner::slurm::{self, Slurm};
+use crate::study::runner::template::Template;
+use crate::study::schedule::MAX_TRIES;
+
+/// Expected time of a task of an engine [min] that its own cost hardly matters to: Slurm takes about 0.3 s a task.
+const TASK_MINUTES: f64 = 5.0;
+/// Largest number of cases at a time on a host.
+const PLACES_MAX: usize = 1000;
+
+/// Where cases run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum RunnerKind {
+    /// Child processes of this program
+    #[default]
+    Local,
+    /// Job arrays of Slurm
+    Slurm,
+    /// The command given with --submit
+    Command,
+}
+
+/// Options of the runners.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Where cases run")]
+pub struct RunnerArgs {
+    /// Where cases run
+    #[arg(long, value_enum, default_value_t)]
+    runner: RunnerKind,
+    /// Command that runs a case, split as by a shell, with {case}, {dir}, {host}, {threads}, {memory_mb}, {minutes}, {name}:
+    /// 'ssh {host} cd {dir} && {case}'
+    #[arg(long, value_name = "COMMAND", required_if_eq("runner", "command"))]
+    submit: Option<Template>,
+    /// Command that ends with exit code 0 while an engine knows {ticket}, the last word that --submit printed
+    #[arg(long, value_name = "COMMAND", requires = "submit")]
+    poll: Option<Template>,
+    /// Command that ends {ticket}
+    #[arg(long, value_name = "COMMAND", requires = "poll")]
+    end: Option<Template>,
+    /// Hosts for {host}, with the number of cases at a time: a,b:2
+    #[arg(long, value_name = "LIST", value_delimiter = ',', requires = "submit")]
+    hosts: Vec<String>,
+    /// The solver where the cases run; default: kanagata-solve beside this program
+    #[arg(long, value_name = "PATH")]
+    program: Option<PathBuf>,
+    /// Account of Slurm's jobs
+    #[arg(long, value_name = "NAME")]
+    account: Option<String>,
+    /// Partition of Slurm's jobs
+    #[arg(long, value_name = "NAME")]
+    partition: Option<String>,
+    /// Another option of sbatch (--sbatch=--qos=long); may be repeated
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    sbatch: Vec<String>,
+    /// Expected time below which cases share a task of Slurm [min]; default 5
+    #[arg(long, value_name = "MINUTES")]
+    task_minutes: Option<f64>,
+    /// Submissions of a case without progress before it counts as failed; default 3
+    #[arg(long, value_name = "N")]
+    max_tries: Option<usize>,
+    /// Submit and end; the same command later continues
+    #[arg(long)]
+    pub(super) detach: bool,
+    /// Print the commands or scripts and submit nothing
+    #[arg(long, conflicts_with = "detach")]
+    pub(super) emit: bool,
+    /// Ask all submitted cases to end; they save checkpoints
+    #[arg(long, conflicts_with_all = ["detach", "emit"])]
+    pub(super) cancel: bool,
+}
+
+impl RunnerArgs {
+    /// Whether any option is given.
+    pub(super) fn is_given(&self) -> bool {
+        self.runner != RunnerKind::Local || self.submit.is_some() || self.detach || self.emit
+    }
+
+    /// Whether cases run as child processes on this machine.
+    pub(super) fn is_local(&self) -> bool {
+        self.runner == RunnerKind::Local
+    }
+
+    /// These options for the runner `name` of earlier submissions, if none is given.
+    pub(super) fn of(&self, name: &str) -> Self {
+        let slurm = self.is_local() && name == "slurm";
+        Self { runner: if slurm { RunnerKind::Slurm } else { self.runner }, ..self.clone() }
+    }
+
+    /// Submissions of a case without progress before it counts as failed.
+    pub(super) fn max_tries(&self) -> usize {
+        self.max_tries.unwrap_or(MAX_TRIES).max(1)
+    }
+
+    /// Smallest expected time of a task [s].
+    pub(super) fn task_s(&self) -> f64 {
+        let default = if self.runner == RunnerKind::Slurm { TASK_MINUTES } else { 0.0 };
+        60.0 * self.task_minutes.unwrap_or(default).max(0.0)
+    }
+
+    /// The runner for the study in the existing folder `study`, with `jobs` places here.
+    ///
+    /// # Errors
+    /// Exit code 2 for options that have no meaning together, or a template with unknown names.
+    pub(super) fn runner(
+        &self,
+        study: &Path,
+        file: Option<&Study>,
+        jobs: usize,
+        again: bool,
+    ) -> Result<Box<dyn Runner>, Failure> {
+        let study = study.canonicalize().map_err(super::study::io(study))?;
+        let program = match &self.program {
+            Some(program) => program.clone(),
+            None => std::env::current_exe()
+                .map_err(super::study::io(Path::new("this program")))?
+                .with_file_name(format!("kanagata-solve{}", std::env::consts::EXE_SUFFIX)),
+        };
+        if self.runner == RunnerKind::Slurm {
+            let options = self.sbatch_options(file);
+            return Ok(Box::new(Slurm::new(slurm::Setup { study, program, options, again })));
+        }
+        if self.is_local() && (self.detach || self.submit.is_some()) {
+            let found = if self.detach { "--detach" } else { "--submit" };
+            return Err(Failure::input(format!(
+                "{found}: found --runner local; allowed: --runner slurm or command, whose cases outlive this program"
+            )));
+        }
+        let places = if self.hosts.is_empty() {
+            vec!["localhost".to_owned(); jobs]
+        } else {
+            places(&self.hosts)?
+        };
+        let setup = process::Setup {
+            study,
+            program,
+            submit: self.submit.clone(),
+            poll: self.poll.clone(),
+            cancel: self.end.clone(),
+            places,
+            tied: !self.detach && !self.emit && self.poll.is_none(),
+            again,
+        };
+        setup.check().map_err(Failure::input)?;
+        Ok(Box::new(Processes::new(setup)))
+    }
+
+    /// Options of sbatch: those of the study file, then those of the command line, which count more.
+    fn sbatch_options(&self, file: Option<&Study>) -> Vec<String> {
+        let slurm = file.and_then(|study| study.slurm.clone()).unwrap_or_default();
+        let named = |name: &str, own: &Option<String>, given: &Option<String>| {
+            given.as_ref().or(own.as_ref()).map(|value| format!("--{name}={value}"))
+        };
+        let account = named("account", &slurm.account, &self.account);
+        let partition = named("partition", &slurm.partition, &self.partition);
+        let more = slurm.options.iter().chain(&self.sbatch).cloned();
+        account.into_iter().chain(partition).chain(more).collect()
+    }
+}
+
+/// A place for every case at a time of `HOST` or `HOST:N`.
+fn places(hosts: &[String]) -> Result<Vec<String>, Failure> {
+    let mut places = Vec::new();
+    for text in hosts {
+        let (host, count) = match text.rsplit_once(':') {
+            Some((host, count)) => (host, count.parse().ok()),
+            None => (text.as_str(), Some(1)),
+        };
+        let count = count.filter(|n| (1..=PLACES_MAX).contains(n) && !host.is_empty());
+        let Some(count) = count else {
+            let allowed = format!("HOST or HOST:N with N from 1 to {PLACES_MAX}");
+            return Err(Failure::input(format!("--hosts: found '{text}'; allowed: {allowed}")));
+        };
+        places.extend(std::iter::repeat_n(host.to_owned(), count));
+    }
+    Ok(places)
+}

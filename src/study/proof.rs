@@ -1,0 +1,102 @@
+//! Proof of a case's outcome by the `run.json` of its run.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::case_file::CaseFile;
+use super::follow::history_of;
+use crate::files::Input;
+use crate::report::record::{RunRecord, Verdict};
+use crate::run::build::BUILD;
+
+/// SHA-256 of the scene and of the files it names, by name as in the scene, as in `run.json`.
+pub(super) type Inputs = BTreeMap<String, String>;
+
+/// What the run in a case's folder proves.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Proof {
+    /// There is no run.
+    None,
+    /// A run of the same inputs and build that has not ended, or was stopped.
+    Unfinished,
+    /// All stages are done.
+    Done,
+    /// The solver did not converge; its message.
+    NotConverged(Option<String>),
+    /// The run is of other inputs or of another build: what differs.
+    Other(String),
+}
+
+/// The proof in the case's folder `folder` for the inputs of its `case.json`. The history that it follows is taken as it
+/// was.
+pub(super) fn proof_of_case(folder: &Path, case: &CaseFile) -> Proof {
+    let recorded = crate::files::read(&folder.join("run/run.json"), Input::Description)
+        .ok()
+        .and_then(|text| RunRecord::parse(&text).ok());
+    let mut inputs = case.inputs.clone();
+    if let (Some(record), Some(leader)) = (recorded, &case.follows) {
+        let history = history_of(leader);
+        inputs.extend(record.inputs.get(&history).map(|digest| (history, digest.clone())));
+    }
+    proof(folder, &inputs)
+}
+
+/// Reads the proof in the case's folder `case` for a run of `inputs` by this build.
+pub(super) fn proof(case: &Path, inputs: &Inputs) -> Proof {
+    let Ok(text) = crate::files::read(&case.join("run/run.json"), Input::Description) else {
+        return Proof::None;
+    };
+    let record = match RunRecord::parse(&text) {
+        Ok(record) => record,
+        Err(found) => return Proof::Other(format!("its run.json cannot be read: {found}")),
+    };
+    if let Some(what) = difference([&record.build, BUILD], [&record.inputs, inputs]) {
+        return Proof::Other(what);
+    }
+    match record.verdict {
+        Verdict::Completed | Verdict::Doubtful => Proof::Done,
+        Verdict::NotConverged => Proof::NotConverged(record.message),
+        Verdict::Running | Verdict::Stopped => Proof::Unfinished,
+    }
+}
+
+/// The first difference between two builds and their inputs, in words; the second of each is the present one.
+pub(super) fn difference(builds: [&str; 2], inputs: [&Inputs; 2]) -> Option<String> {
+    let [then, now] = inputs;
+    for (name, digest) in now {
+        match then.get(name) {
+            None => return Some(format!("{name} was not among its inputs")),
+            Some(before) if before != digest => return Some(format!("{name} has changed")),
+            Some(_) => {}
+        }
+    }
+    if let Some(name) = then.keys().find(|name| !now.contains_key(*name)) {
+        return Some(format!("{name} is no longer among its inputs"));
+    }
+    let [then, now] = builds;
+    (then != now).then(|| {
+        let then = if then.is_empty() { "unknown" } else { then };
+        format!("its build is {then}, this program is {now}")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_names_the_input_or_the_build() {
+        let of = |list: &[(&str, &str)]| -> Inputs {
+            list.iter().map(|(name, sha)| ((*name).to_owned(), (*sha).to_owned())).collect()
+        };
+        let first = of(&[("scene", "1"), ("die.json", "2")]);
+        let found = |now: &Inputs, build: &str| difference(["b", build], [&first, now]);
+        assert_eq!(found(&first, "b"), None);
+        let text = |now: &[(&str, &str)]| found(&of(now), "b").unwrap();
+        assert_eq!(text(&[("scene", "1"), ("die.json", "3")]), "die.json has changed");
+        assert_eq!(text(&[("scene", "1")]), "die.json is no longer among its inputs");
+        let more = [("scene", "1"), ("die.json", "2"), ("mesh.inp", "4")];
+        assert_eq!(text(&more), "mesh.inp was not among its inputs");
+        assert_eq!(found(&first, "c").unwrap(), "its build is b, this program is c");
+    }
+}

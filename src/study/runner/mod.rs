@@ -1,0 +1,111 @@
+//! Runners: where the commands of cases are executed.
+//!
+//! - [`process`]: child processes here, or those of a command template (ssh, containers, other queues)
+//! - [`slurm`]: job arrays of Slurm
+//! - [`tickets`]: `runner.json`, what has been submitted
+
+pub mod process;
+pub mod slurm;
+pub mod template;
+pub mod tickets;
+
+use std::time::Duration;
+
+use self::tickets::Ticket;
+use super::StudyError;
+
+/// Cases that one task runs one after the other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// Names of the cases.
+    pub cases: Vec<String>,
+    /// Threads of each run.
+    pub threads: usize,
+    /// Largest expected memory [MB]; `None` if unknown.
+    pub memory_mb: Option<f64>,
+    /// Upper estimate of the time of all [s]; `None` if unknown.
+    pub seconds: Option<f64>,
+}
+
+/// State of a submitted group.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum TicketState {
+    /// In the queue; why, if that needs attention.
+    Waiting(Option<String>),
+    /// At work.
+    Running,
+    /// Ended: how, and whether it may be submitted again.
+    Ended {
+        /// How it ended.
+        reason: String,
+        /// False if it was stopped on purpose.
+        retry: bool,
+    },
+    /// The engine does not know it.
+    Gone,
+}
+
+/// Why an engine did not do what was asked.
+#[derive(Debug)]
+pub enum EngineError {
+    /// It does not answer: nothing is known, and nothing changes.
+    NoAnswer(String),
+    /// It refuses what is asked; asking again does not help.
+    Refused(String),
+    /// A file of the study cannot be written, or a program not be started.
+    Study(StudyError),
+}
+
+impl From<StudyError> for EngineError {
+    fn from(error: StudyError) -> Self {
+        Self::Study(error)
+    }
+}
+
+/// Records tickets.
+pub type Record<'a> = &'a mut dyn FnMut(&[Ticket]) -> Result<(), StudyError>;
+
+/// Executes the commands of cases.
+pub trait Runner {
+    /// Name, as `--runner` has it.
+    fn name(&self) -> &'static str;
+
+    /// Number of groups that it takes now.
+    fn free(&self) -> usize;
+
+    /// Whether it takes groups that must wait for others, and orders them itself.
+    fn orders_dependents(&self) -> bool;
+
+    /// Whether its tickets outlive this process.
+    fn outlives(&self) -> bool;
+
+    /// Interval between calls of [`Runner::poll`].
+    fn interval(&self) -> Duration;
+
+    /// Submits groups, one ticket each; they start when those of `after` have ended. The tickets are recorded before the
+    /// engine may lose them.
+    ///
+    /// # Errors
+    /// [`EngineError`]. Recorded tickets of a submission without answer may or may not exist.
+    fn submit(
+        &mut self,
+        groups: &[Group],
+        after: &[Ticket],
+        record: Record<'_>,
+    ) -> Result<Vec<Ticket>, EngineError>;
+
+    /// States of tickets, in their order.
+    ///
+    /// # Errors
+    /// [`EngineError`].
+    fn poll(&mut self, tickets: &[Ticket]) -> Result<Vec<TicketState>, EngineError>;
+
+    /// Asks groups to end; their runs save checkpoints.
+    ///
+    /// # Errors
+    /// [`EngineError`].
+    fn cancel(&mut self, tickets: &[Ticket]) -> Result<(), EngineError>;
+
+    /// What [`Runner::submit`] would hand over, as text.
+    fn emit(&self, groups: &[Group]) -> String;
+}

@@ -1,0 +1,287 @@
+//! Slurm: every submission is a job array with a name of its own, by which it is found again. Job ids alone do not do: a
+//! controller that is killed after a submission may forget it and give its id to the next one.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, SystemTime};
+
+use super::template::joined;
+use super::tickets::Ticket;
+use super::{EngineError, Group, Record, Runner, TicketState};
+use crate::files::{sha256_hex, write_atomic};
+use crate::study::StudyError;
+
+/// Interval between questions [s]: a controller serves many users, and a task lasts at least minutes.
+const POLL_INTERVAL: Duration = Duration::from_secs(2);
+/// Largest number of tasks of an array, one less than the default of Slurm's `MaxArraySize`.
+const TASKS_MAX: usize = 1000;
+/// Requested over expected memory: a run above its request is killed, and what is requested is kept from others.
+const MEMORY_FACTOR: f64 = 1.3;
+/// Requested time over the upper estimate: machines differ by a factor of two.
+const TIME_FACTOR: f64 = 2.0;
+/// Smallest requested time [min]: starting, reading and saving a checkpoint take part of a minute on a busy file server.
+const MINUTES_MIN: f64 = 5.0;
+/// Time before the limit at which a run is asked to save a checkpoint and end [s].
+const SIGNAL_S: u32 = 60;
+/// Folder of scripts and outputs in that of the study.
+const FOLDER: &str = "slurm";
+
+/// How jobs are submitted.
+#[derive(Debug, Clone, Default)]
+pub struct Setup {
+    /// Folder of the study, absolute.
+    pub study: PathBuf,
+    /// The solver.
+    pub program: PathBuf,
+    /// Options of `sbatch`, with their dashes.
+    pub options: Vec<String>,
+    /// Run cases again that did not converge.
+    pub again: bool,
+}
+
+/// Submits groups as job arrays.
+pub struct Slurm {
+    setup: Setup,
+    /// Job ids of arrays by name, as far as known.
+    jobs: HashMap<String, String>,
+}
+
+impl Slurm {
+    /// A runner that knows no job.
+    #[must_use]
+    pub fn new(setup: Setup) -> Self {
+        Self { setup, jobs: HashMap::new() }
+    }
+
+    /// A name that no other submission has.
+    fn new_name(&self, k: usize) -> String {
+        let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+        let seed = format!("{} {} {now:?} {k}", self.setup.study.display(), std::process::id());
+        format!("kanagata-{}", &sha256_hex(seed.as_bytes())[..10])
+    }
+
+    /// Script of an array.
+    fn script(&self, name: &str, groups: &[Group]) -> String {
+        let most = |of: fn(&Group) -> Option<f64>| {
+            // A group without estimate gets what the cluster gives by default.
+            let all: Option<Vec<f64>> = groups.iter().map(of).collect();
+            all.and_then(|all| all.into_iter().reduce(f64::max))
+        };
+        let threads = groups.iter().map(|g| g.threads).max().unwrap_or(1);
+        let mut text = format!(
+            "#!/bin/sh\n#SBATCH --job-name={name}\n#SBATCH --array=0-{}\n#SBATCH --cpus-per-task={threads}\n\
+             #SBATCH --signal=B:TERM@{SIGNAL_S}\n#SBATCH --output={FOLDER}/{name}-%a.log\n#SBATCH --open-mode=append\n",
+            groups.len().saturating_sub(1)
+        );
+        // Writing to a string cannot fail.
+        if let Some(megabytes) = most(|g| g.memory_mb) {
+            let _ = writeln!(text, "#SBATCH --mem={:.0}M", (MEMORY_FACTOR * megabytes).ceil());
+        }
+        if let Some(seconds) = most(|g| g.seconds) {
+            let minutes = (TIME_FACTOR * seconds / 60.0).ceil().max(MINUTES_MIN);
+            let _ = writeln!(text, "#SBATCH --time={minutes:.0}");
+        }
+        for option in &self.setup.options {
+            let _ = writeln!(text, "#SBATCH {option}");
+        }
+        let mut words = vec![
+            self.setup.program.display().to_string(),
+            "--threads".into(),
+            threads.to_string(),
+            "case".into(),
+        ];
+        words.extend(self.setup.again.then(|| "--again".into()));
+        let folder = joined(&[self.setup.study.display().to_string()]);
+        let tasks: String = groups.iter().map(task_line).collect();
+        let _ = write!(
+            text,
+            "cd {folder} || exit 4\n\
+             # The folders of the task's cases.\n\
+             set -- $(sed -n \"$((SLURM_ARRAY_TASK_ID + 1))p\" <<'TASKS'\n{tasks}TASKS\n)\n\
+             # The solver takes the place of this shell, so that signals reach it.\n\
+             exec {} \"$@\"\n",
+            joined(&words)
+        );
+        text
+    }
+
+    /// Writes the script of an array.
+    fn write(&self, name: &str, groups: &[Group]) -> Result<(), StudyError> {
+        let folder = self.setup.study.join(FOLDER);
+        std::fs::create_dir_all(&folder)
+            .map_err(|source| StudyError::Folder { path: folder.clone(), source })?;
+        let text = self.script(name, groups);
+        write_atomic(&folder.join(format!("{name}.sh")), |w| w.write_all(text.as_bytes()))?;
+        Ok(())
+    }
+
+    /// Submits a written array that starts after `after`.
+    fn submit_array(&mut self, name: &str, after: &[Ticket]) -> Result<(), EngineError> {
+        let mut arguments = vec!["--parsable".to_owned()];
+        let mut jobs: Vec<&str> =
+            after.iter().filter_map(|t| self.jobs.get(&t.id)).map(String::as_str).collect();
+        jobs.sort_unstable();
+        jobs.dedup();
+        if !jobs.is_empty() {
+            arguments.push(format!("--dependency=afterany:{}", jobs.join(":")));
+        }
+        arguments.push(format!("{FOLDER}/{name}.sh"));
+        let output = self.command("sbatch", &arguments)?;
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let job = text.trim().split(';').next().unwrap_or_default().to_owned();
+        if output.status.success() && !job.is_empty() {
+            self.jobs.insert(name.to_owned(), job);
+            return Ok(());
+        }
+        let why = failure("sbatch", &output);
+        Err(if self.answers() { EngineError::Refused(why) } else { EngineError::NoAnswer(why) })
+    }
+
+    /// Whether the controller answers.
+    fn answers(&self) -> bool {
+        self.command("scontrol", &["ping".to_owned()]).is_ok_and(|done| done.status.success())
+    }
+
+    /// Output of a program of Slurm.
+    fn command(&self, program: &str, arguments: &[String]) -> Result<Output, EngineError> {
+        let done = Command::new(program)
+            .args(arguments)
+            .current_dir(&self.setup.study)
+            .stdin(Stdio::null())
+            .output();
+        done.map_err(|source| StudyError::Start { path: program.into(), source }.into())
+    }
+
+    /// Names of the arrays of tickets.
+    fn names(tickets: &[Ticket]) -> Vec<String> {
+        let mut names: Vec<String> = tickets.iter().map(|t| t.id.clone()).collect();
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+}
+
+impl Runner for Slurm {
+    fn name(&self) -> &'static str {
+        "slurm"
+    }
+
+    fn free(&self) -> usize {
+        usize::MAX
+    }
+
+    fn orders_dependents(&self) -> bool {
+        true
+    }
+
+    fn outlives(&self) -> bool {
+        true
+    }
+
+    fn interval(&self) -> Duration {
+        POLL_INTERVAL
+    }
+
+    fn submit(
+        &mut self,
+        groups: &[Group],
+        after: &[Ticket],
+        record: Record<'_>,
+    ) -> Result<Vec<Ticket>, EngineError> {
+        let mut tickets = Vec::new();
+        for (k, array) in groups.chunks(TASKS_MAX).enumerate() {
+            let name = self.new_name(k);
+            self.write(&name, array)?;
+            tickets.extend((0..array.len()).map(|task| Ticket { id: name.clone(), task }));
+            record(&tickets)?;
+            self.submit_array(&name, after)?;
+        }
+        Ok(tickets)
+    }
+
+    fn poll(&mut self, tickets: &[Ticket]) -> Result<Vec<TicketState>, EngineError> {
+        if tickets.is_empty() {
+            return Ok(Vec::new());
+        }
+        let names = Self::names(tickets).join(",");
+        let arguments = ["-h", "-r", "-t", "all", "-o", "%F|%K|%T|%j|%r", "-n", &names];
+        let output = self.command("squeue", &arguments.map(str::to_owned))?;
+        if !output.status.success() {
+            return Err(EngineError::NoAnswer(failure("squeue", &output)));
+        }
+        let mut found: HashMap<(String, usize), TicketState> = HashMap::new();
+        for line in String::from_utf8_lossy(&output.stdout).lines() {
+            let cells: Vec<&str> = line.trim().split('|').collect();
+            let [job, task, state, name, reason] = cells[..] else { continue };
+            let Ok(task) = task.parse() else { continue };
+            self.jobs.insert(name.to_owned(), job.to_owned());
+            found.insert((name.to_owned(), task), state_of(state, reason));
+        }
+        let state = |t: &Ticket| found.get(&(t.id.clone(), t.task)).cloned();
+        Ok(tickets.iter().map(|t| state(t).unwrap_or(TicketState::Gone)).collect())
+    }
+
+    fn cancel(&mut self, tickets: &[Ticket]) -> Result<(), EngineError> {
+        // Tasks whose job is known are ended one by one, so that others of their array go on.
+        let job = |t: &Ticket| self.jobs.get(&t.id).map(|job| format!("{job}_{}", t.task));
+        let known: Option<Vec<String>> = tickets.iter().map(job).collect();
+        let arguments = match known {
+            Some(tasks) if !tasks.is_empty() => tasks,
+            _ => Self::names(tickets).into_iter().map(|name| format!("--name={name}")).collect(),
+        };
+        for arguments in arguments.chunks(TASKS_MAX) {
+            // A name is an option of its own call.
+            let calls: Vec<&[String]> = if arguments[0].starts_with("--") {
+                arguments.chunks(1).collect()
+            } else {
+                vec![arguments]
+            };
+            for call in calls {
+                let output = self.command("scancel", call)?;
+                if !output.status.success() {
+                    return Err(EngineError::NoAnswer(failure("scancel", &output)));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn emit(&self, groups: &[Group]) -> String {
+        let script = |(k, array): (usize, &[Group])| self.script(&self.new_name(k), array);
+        groups.chunks(TASKS_MAX).enumerate().map(script).collect()
+    }
+}
+
+/// Folders of a group's cases in a line.
+fn task_line(group: &Group) -> String {
+    let folders: Vec<String> = group.cases.iter().map(|case| format!("cases/{case}")).collect();
+    folders.join(" ") + "\n"
+}
+
+/// State of a task that `squeue` lists.
+fn state_of(state: &str, reason: &str) -> TicketState {
+    match state {
+        "PENDING" => {
+            let usual = ["None", "Priority", "Resources", "Dependency", "BeginTime", "Cleaning"];
+            TicketState::Waiting((!usual.contains(&reason)).then(|| reason.to_owned()))
+        }
+        "CONFIGURING" | "REQUEUED" | "REQUEUE_HOLD" | "REQUEUE_FED" | "RESV_DEL_HOLD"
+        | "SPECIAL_EXIT" | "SUSPENDED" => TicketState::Waiting(Some(state.to_lowercase())),
+        "RUNNING" | "COMPLETING" | "RESIZING" | "SIGNALING" | "STAGE_OUT" | "STOPPED" => {
+            TicketState::Running
+        }
+        _ => TicketState::Ended {
+            reason: format!("Slurm says {state}"),
+            // Ended by a person: it is not submitted again behind their back.
+            retry: !state.starts_with("CANCELLED"),
+        },
+    }
+}
+
+/// Why a program of Slurm failed, in words.
+fn failure(program: &str, output: &Output) -> String {
+    let errors = String::from_utf8_lossy(&output.stderr);
+    format!("{program}: {}", errors.trim().replace('\n', " "))
+}

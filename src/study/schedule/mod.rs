@@ -1,0 +1,321 @@
+//! Runs the cases of a study that are not done: submits them to a runner, and settles each by the proof in its folder.
+//!
+//! A case is done only if its `run.json` proves it. A ticket that has ended without proof is submitted again, at most
+//! [`Execution::max_tries`] times without progress. An engine that does not answer changes nothing.
+
+mod settle;
+mod submit;
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::path::Path;
+
+use super::StudyError;
+use super::case::Case;
+use super::follow::ranks;
+use super::groups::groups;
+use super::inputs::{Digests, folder_of};
+use super::runner::tickets::{Submission, Ticket, Tickets};
+use super::runner::{EngineError, Runner};
+use super::states::{Entry, State, States};
+use crate::cancel::Cancel;
+use crate::report::record::RunRecord;
+use crate::run::lock::{self, Attempt, Lock};
+
+/// Submissions of a case without progress before it counts as failed, if nothing else is asked.
+pub const MAX_TRIES: usize = 3;
+
+/// How cases are run.
+pub struct Execution<'a> {
+    /// Folder of the study.
+    pub folder: &'a Path,
+    /// Where they are run.
+    pub runner: &'a mut dyn Runner,
+    /// Submissions of a case without progress before it counts as failed.
+    pub max_tries: usize,
+    /// Smallest expected time of a task [s]; shorter cases share one.
+    pub task_s: f64,
+    /// Run failed cases again.
+    pub again: bool,
+    /// Run cases again whose runs are of other inputs or of another build.
+    pub renew: bool,
+    /// States of the cases before.
+    pub before: &'a States,
+    /// Submit and return.
+    pub detach: bool,
+    /// Stop request: running cases save a checkpoint and stop, and no other case starts.
+    pub stop: &'a Cancel,
+}
+
+/// Runs all cases that are not done, leaders before the cases that follow them. `say` receives a message at the start
+/// and the end of each.
+///
+/// # Errors
+/// [`StudyError`] when the engine refuses a submission, or a file cannot be written.
+pub fn execute<'a>(
+    cases: &'a [Case],
+    how: Execution<'a>,
+    say: &'a (dyn Fn(&str) + Sync),
+) -> Result<(), StudyError> {
+    let mut schedule = Schedule::new(cases, how, say)?;
+    schedule.settle_all_before();
+    schedule.run()
+}
+
+/// Exclusive use of a study's folder until the lock is dropped.
+///
+/// # Errors
+/// [`StudyError::Busy`] when another study uses the folder, [`StudyError::Write`].
+pub fn lock(folder: &Path) -> Result<Lock, StudyError> {
+    match lock::take(&folder.join("study.lock"))? {
+        Attempt::Acquired(lock) => Ok(lock),
+        Attempt::HeldByOther(process) => {
+            let who = lock::process_text(process.as_ref());
+            Err(StudyError::Busy { folder: folder.into(), who })
+        }
+    }
+}
+
+/// Asks submitted cases to end.
+///
+/// # Errors
+/// [`StudyError`] when they were submitted with another runner (`name`), or the engine does not answer.
+pub fn cancel(
+    folder: &Path,
+    name: &str,
+    tickets: &[Ticket],
+    runner: &mut dyn Runner,
+) -> Result<(), StudyError> {
+    if name != runner.name() {
+        return Err(other_runner(folder, name, runner));
+    }
+    // The engine's numbers of the jobs are learned first.
+    let done = runner.poll(tickets).and_then(|_| runner.cancel(tickets));
+    done.map_err(|error| match error {
+        EngineError::Study(error) => error,
+        EngineError::NoAnswer(reason) | EngineError::Refused(reason) => {
+            StudyError::NoAnswer { runner: runner.name(), reason }
+        }
+    })
+}
+
+/// What would be submitted for the cases that are not done, rank by rank.
+#[must_use]
+pub fn emit(
+    cases: &[Case],
+    states: &States,
+    folder: &Path,
+    runner: &dyn Runner,
+    task_s: f64,
+) -> Vec<String> {
+    let open = |case: &&Case| states.get(&case.id).is_none_or(|e| e.state != State::Done);
+    let texts = ranks(cases).into_iter().map(|rank| {
+        let open: Vec<&Case> = rank.into_iter().filter(open).collect();
+        runner.emit(&groups(&open, folder, task_s))
+    });
+    texts.filter(|text| !text.is_empty()).collect()
+}
+
+fn other_runner(folder: &Path, name: &str, runner: &dyn Runner) -> StudyError {
+    StudyError::OtherRunner { folder: folder.into(), runner: name.into(), asked: runner.name() }
+}
+
+/// What is left to do for a case.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Phase {
+    /// To be run.
+    Open,
+    /// Nothing in this execution.
+    Settled(State),
+}
+
+/// A case in the schedule.
+struct Job<'a> {
+    case: &'a Case,
+    phase: Phase,
+    /// Index of the case that it follows, if that is in the schedule; smaller than its own.
+    leader: Option<usize>,
+    submission: Submission,
+    /// Messages about its ticket that were given.
+    told: String,
+}
+
+struct Schedule<'a, 'b> {
+    jobs: Vec<Job<'a>>,
+    /// Jobs that depend only on those of earlier ranges.
+    ranks: Vec<Range<usize>>,
+    how: Execution<'b>,
+    say: &'b (dyn Fn(&str) + Sync),
+    digests: Digests,
+    /// The last message of an engine without answer.
+    silence: String,
+    /// Processes asked to end, by their folder's case.
+    asked: HashMap<String, u32>,
+}
+
+impl<'a, 'b> Schedule<'a, 'b> {
+    /// The schedule of cases with the tickets of earlier executions.
+    fn new(
+        cases: &'a [Case],
+        how: Execution<'b>,
+        say: &'b (dyn Fn(&str) + Sync),
+    ) -> Result<Self, StudyError> {
+        let mut known = Tickets::read(how.folder);
+        let open = known.cases.values().any(|submission| submission.ticket.is_some());
+        if open && known.runner != how.runner.name() {
+            return Err(other_runner(how.folder, &known.runner, &*how.runner));
+        }
+        let (mut jobs, mut rows): (Vec<Job<'a>>, Vec<Range<usize>>) = Default::default();
+        let mut index: HashMap<&str, usize> = HashMap::new();
+        for rank in ranks(cases) {
+            rows.push(jobs.len()..jobs.len() + rank.len());
+            for case in rank {
+                index.insert(&case.id, jobs.len());
+                jobs.push(Job {
+                    case,
+                    phase: Phase::Open,
+                    leader: case.follows.as_deref().and_then(|id| index.get(id).copied()),
+                    submission: known.cases.remove(&case.id).unwrap_or_default(),
+                    told: String::new(),
+                });
+            }
+        }
+        Ok(Self {
+            jobs,
+            ranks: rows,
+            how,
+            say,
+            digests: Digests::default(),
+            silence: String::new(),
+            asked: HashMap::new(),
+        })
+    }
+
+    /// The phases of all cases before anything is submitted.
+    fn settle_all_before(&mut self) {
+        let before = self.how.before;
+        for k in 0..self.jobs.len() {
+            // A ticket whose end nobody has seen yet comes first.
+            if self.jobs[k].submission.ticket.is_none()
+                && let Some(entry) = before.get(&self.jobs[k].case.id)
+            {
+                self.settle_before(k, entry);
+            }
+        }
+    }
+
+    /// The phase of a case before anything is submitted.
+    fn settle_before(&mut self, k: usize, entry: &Entry) {
+        let job = &mut self.jobs[k];
+        let failed = |job: &mut Job<'_>, reason: &str| {
+            job.phase = Phase::Settled(State::Failed);
+            (self.say)(&format!("{}: failed: {reason}", job.case.id));
+        };
+        let reason = entry.reason.clone().unwrap_or_default();
+        match entry.state {
+            State::Done => job.phase = Phase::Settled(State::Done),
+            State::Failed if entry.lacks_files => failed(job, &reason),
+            State::Failed if !self.how.again => failed(job, &reason),
+            State::Stale if entry.lacks_files => failed(job, &reason),
+            _ if self.how.again => job.submission = Submission::default(),
+            _ if job.submission.tries >= self.how.max_tries => {
+                let reason = format!("submitted {} times without progress", job.submission.tries);
+                failed(job, &reason);
+            }
+            _ => {}
+        }
+    }
+
+    /// Submits and settles until nothing is left, a stop is requested, or after one submission if detached.
+    fn run(&mut self) -> Result<(), StudyError> {
+        let mut cancelled = false;
+        loop {
+            self.settle()?;
+            if self.how.stop.is_requested() {
+                if !cancelled && !self.how.runner.outlives() {
+                    self.cancel()?;
+                    cancelled = true;
+                }
+                if self.how.runner.outlives() || !self.has_tickets() {
+                    return Ok(());
+                }
+            } else {
+                let submitted = self.submit()?;
+                if self.how.detach && (!submitted || self.how.runner.orders_dependents()) {
+                    return self.answered();
+                }
+                if self.jobs.iter().all(|job| self.is_over(job)) {
+                    return Ok(());
+                }
+            }
+            std::thread::sleep(self.how.runner.interval());
+        }
+    }
+
+    /// An error if the engine has not answered: a detached study must not look submitted.
+    fn answered(&self) -> Result<(), StudyError> {
+        if self.silence.is_empty() {
+            return Ok(());
+        }
+        Err(StudyError::NoAnswer { runner: self.how.runner.name(), reason: self.silence.clone() })
+    }
+
+    fn has_tickets(&self) -> bool {
+        self.jobs.iter().any(|job| job.phase == Phase::Open && job.submission.ticket.is_some())
+    }
+
+    /// Whether nothing more happens to a case in this execution.
+    fn is_over(&self, job: &Job<'_>) -> bool {
+        job.phase != Phase::Open || (job.submission.ticket.is_none() && self.is_blocked(job))
+    }
+
+    /// Whether the case that `job` follows, directly or through others, is settled and not done.
+    fn is_blocked(&self, job: &Job<'_>) -> bool {
+        let Some(leader) = self.leader(job) else { return false };
+        match leader.phase {
+            Phase::Settled(state) => state != State::Done,
+            Phase::Open => self.is_blocked(leader),
+        }
+    }
+
+    /// The case that `job` follows, if it is in the schedule; leaders come before it.
+    fn leader(&self, job: &Job<'_>) -> Option<&Job<'a>> {
+        job.leader.map(|k| &self.jobs[k])
+    }
+
+    /// Asks all tickets to end.
+    fn cancel(&mut self) -> Result<(), StudyError> {
+        let tickets: Vec<Ticket> =
+            self.jobs.iter().filter_map(|job| job.submission.ticket.clone()).collect();
+        let cancelled = self.how.runner.cancel(&tickets);
+        self.answer(cancelled).map(|_| ())
+    }
+
+    fn write(&self) -> Result<(), StudyError> {
+        if self.how.runner.outlives() {
+            return write(&self.jobs, self.how.runner.name(), self.how.folder);
+        }
+        Ok(())
+    }
+}
+
+/// Increments of the run of a case.
+fn increments(study: &Path, case: &Case) -> usize {
+    let path = folder_of(study, &case.id).join("run/run.json");
+    let text = crate::files::read(&path, crate::files::Input::Description).unwrap_or_default();
+    RunRecord::parse(&text).map_or(0, |record| record.increments)
+}
+
+/// Writes the tickets of all jobs; those of cases outside the schedule are kept.
+fn write(jobs: &[Job<'_>], runner: &str, folder: &Path) -> Result<(), StudyError> {
+    let mut tickets = Tickets::read(folder);
+    tickets.runner = runner.to_owned();
+    for job in jobs {
+        if job.submission == Submission::default() {
+            tickets.cases.remove(&job.case.id);
+        } else {
+            tickets.cases.insert(job.case.id.clone(), job.submission.clone());
+        }
+    }
+    Ok(tickets.write(folder)?)
+}

@@ -1,0 +1,156 @@
+//! Settles cases: by the states of their tickets and by the proof in their folders.
+
+use std::collections::HashMap;
+
+use super::{Phase, Schedule, increments};
+use crate::study::StudyError;
+use crate::study::inputs::folder_of;
+use crate::study::outcome;
+use crate::study::runner::tickets::{Submission, Ticket};
+use crate::study::runner::{EngineError, TicketState};
+use crate::study::states::{State, entry};
+
+impl Schedule<'_, '_> {
+    /// Asks the runner for the states of all tickets and settles the cases that have ended.
+    pub(super) fn settle(&mut self) -> Result<(), StudyError> {
+        let open: Vec<(usize, Ticket)> = self
+            .jobs
+            .iter()
+            .enumerate()
+            .filter(|(_, job)| job.phase == Phase::Open)
+            .filter_map(|(k, job)| Some((k, job.submission.ticket.clone()?)))
+            .collect();
+        if open.is_empty() {
+            return Ok(());
+        }
+        let mut tickets: Vec<Ticket> = open.iter().map(|(_, ticket)| ticket.clone()).collect();
+        tickets.sort_unstable();
+        tickets.dedup();
+        let polled = self.how.runner.poll(&tickets);
+        let Some(states) = self.answer(polled)? else { return Ok(()) };
+        let states: HashMap<Ticket, TicketState> = tickets.into_iter().zip(states).collect();
+        let mut changed = false;
+        for (k, ticket) in open {
+            changed |= match &states[&ticket] {
+                TicketState::Waiting(reason) => {
+                    self.tell(k, reason.as_deref());
+                    false
+                }
+                TicketState::Running => self.settle_proved(k),
+                TicketState::Ended { reason, retry } => self.settle_ended(k, reason, *retry),
+                TicketState::Gone => self.settle_ended(k, "its ticket is gone", true),
+            };
+        }
+        if changed { self.write() } else { Ok(()) }
+    }
+
+    /// The value of an answer; `None`, with a message, if the engine does not answer.
+    pub(super) fn answer<T>(
+        &mut self,
+        answer: Result<T, EngineError>,
+    ) -> Result<Option<T>, StudyError> {
+        match answer {
+            Ok(value) => {
+                if !self.silence.is_empty() {
+                    self.silence.clear();
+                    (self.say)(&format!("{} answers again", self.how.runner.name()));
+                }
+                Ok(Some(value))
+            }
+            Err(EngineError::Study(error)) => Err(error),
+            Err(EngineError::Refused(reason)) => {
+                Err(StudyError::Refused { runner: self.how.runner.name(), reason })
+            }
+            Err(EngineError::NoAnswer(reason)) => {
+                if self.silence != reason {
+                    (self.say)(&format!(
+                        "{} does not answer, asked again: {reason}",
+                        self.how.runner.name()
+                    ));
+                }
+                self.silence = reason;
+                Ok(None)
+            }
+        }
+    }
+
+    /// Tells a reason for waiting once.
+    pub(super) fn tell(&mut self, k: usize, reason: Option<&str>) {
+        let Some(reason) = reason.filter(|reason| self.jobs[k].told != *reason) else { return };
+        (self.say)(&format!("{}: waits in the queue: {reason}", self.jobs[k].case.id));
+        self.jobs[k].told = reason.to_owned();
+    }
+
+    /// Settles a case whose run is proved done while its task goes on with others. True if something has changed.
+    pub(super) fn settle_proved(&mut self, k: usize) -> bool {
+        if self.jobs[k].told != "running" {
+            self.jobs[k].told = "running".into();
+            if self.how.runner.outlives() {
+                (self.say)(&format!("{}: runs", self.jobs[k].case.id));
+            }
+        }
+        // The process of a local run ends right after its proof.
+        if !self.how.runner.outlives() {
+            return false;
+        }
+        let entry = entry(self.jobs[k].case, self.how.folder, &self.digests);
+        if entry.state == State::Done {
+            self.end(k, State::Done, None);
+        }
+        entry.state == State::Done
+    }
+
+    /// Settles a case whose ticket has ended or is gone, or opens it again. True if something has changed.
+    pub(super) fn settle_ended(&mut self, k: usize, reason: &str, retry: bool) -> bool {
+        let entry = entry(self.jobs[k].case, self.how.folder, &self.digests);
+        let outcome = outcome::read(&folder_of(self.how.folder, &self.jobs[k].case.id));
+        let exit = outcome.as_ref().map(|outcome| outcome.exit);
+        match (entry.state, exit) {
+            (State::Done, _) => self.end(k, State::Done, None),
+            // Another process works in its folder.
+            (State::Running, _) => return false,
+            (State::Failed, _) => self.end(k, State::Failed, entry.reason),
+            (_, Some(2 | 4)) => self.end(k, State::Failed, outcome.map(|outcome| outcome.message)),
+            _ if !self.leader_is_done(k) => self.jobs[k].submission = Submission::default(),
+            _ if !retry => {
+                let message = outcome.map_or_else(|| reason.to_owned(), |outcome| outcome.message);
+                self.end(k, State::Waiting, Some(message));
+            }
+            _ => self.try_again(k, reason),
+        }
+        true
+    }
+
+    pub(super) fn leader_is_done(&self, k: usize) -> bool {
+        let leader = self.leader(&self.jobs[k]);
+        leader.is_none_or(|leader| leader.phase == Phase::Settled(State::Done))
+    }
+
+    /// Opens a case again, unless it was submitted too often without progress.
+    pub(super) fn try_again(&mut self, k: usize, reason: &str) {
+        let increments = increments(self.how.folder, self.jobs[k].case);
+        let submission = &mut self.jobs[k].submission;
+        submission.ticket = None;
+        if increments > submission.increment {
+            submission.tries = 0;
+        }
+        let tries = submission.tries;
+        if tries < self.how.max_tries {
+            (self.say)(&format!("{}: {reason}; submitted again", self.jobs[k].case.id));
+        } else {
+            let reason = format!("{reason}; submitted {tries} times without progress");
+            self.end(k, State::Failed, Some(reason));
+        }
+    }
+
+    /// Settles a case.
+    pub(super) fn end(&mut self, k: usize, state: State, reason: Option<String>) {
+        let job = &mut self.jobs[k];
+        job.phase = Phase::Settled(state);
+        job.submission.ticket = None;
+        if state == State::Done {
+            job.submission = Submission::default();
+        }
+        (self.say)(&format!("{}: {}", job.case.id, reason.as_deref().unwrap_or("done")));
+    }
+}

@@ -1,0 +1,146 @@
+//! Submits the cases that are ready.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use super::{Job, Phase, Schedule, increments, write};
+use crate::run::lock;
+use crate::run::resources::alive;
+use crate::study::StudyError;
+use crate::study::case::Case;
+use crate::study::groups::groups;
+use crate::study::inputs::folder_of;
+use crate::study::outcome;
+use crate::study::runner::process::request_stop;
+use crate::study::runner::tickets::{Submission, Ticket};
+use crate::study::states::{State, entry};
+
+impl Schedule<'_, '_> {
+    /// Submits the cases that are ready. True if any were.
+    pub(super) fn submit(&mut self) -> Result<bool, StudyError> {
+        let mut any = false;
+        for rank in self.ranks.clone() {
+            any |= self.submit_rank(rank)?;
+        }
+        Ok(any)
+    }
+
+    /// Submits those of the jobs `rank` that are ready.
+    fn submit_rank(&mut self, rank: Range<usize>) -> Result<bool, StudyError> {
+        let mut ready = Vec::new();
+        for k in rank {
+            if ready.len() >= self.how.runner.free() {
+                break;
+            }
+            if self.is_ready(k) {
+                ready.push(k);
+            }
+        }
+        if ready.is_empty() {
+            return Ok(false);
+        }
+        let cases: Vec<&Case> = ready.iter().map(|&k| self.jobs[k].case).collect();
+        let mut groups = groups(&cases, self.how.folder, self.how.task_s);
+        groups.truncate(self.how.runner.free());
+        let after: Vec<Ticket> = ready
+            .iter()
+            .filter_map(|&k| self.leader(&self.jobs[k])?.submission.ticket.clone())
+            .collect();
+        for group in &groups {
+            for name in &group.cases {
+                outcome::forget(&folder_of(self.how.folder, name));
+            }
+        }
+        let before = Before::of(self);
+        let (folder, jobs, runner) = (self.how.folder, &mut self.jobs, &mut *self.how.runner);
+        let name = runner.name();
+        let keeps = runner.outlives();
+        let mut record = |tickets: &[Ticket]| {
+            for (group, ticket) in groups.iter().zip(tickets) {
+                for job in jobs.iter_mut().filter(|job| group.cases.contains(&job.case.id)) {
+                    before.note(job, ticket);
+                }
+            }
+            if keeps { write(jobs, name, folder) } else { Ok(()) }
+        };
+        let submitted = runner.submit(&groups, &after, &mut record);
+        let count = self.answer(submitted)?.map_or(0, |tickets| tickets.len());
+        for name in groups.iter().take(count).flat_map(|group| &group.cases) {
+            (self.say)(&format!("{name}: {}", if keeps { "submitted" } else { "begins" }));
+        }
+        Ok(count > 0)
+    }
+
+    /// Whether a case can be submitted now. A solver that an earlier study has left in its folder is asked to end.
+    fn is_ready(&mut self, k: usize) -> bool {
+        let job = &self.jobs[k];
+        if job.phase != Phase::Open || job.submission.ticket.is_some() || self.is_blocked(job) {
+            return false;
+        }
+        let ordered = self.how.runner.orders_dependents();
+        if !ordered && !self.leader_is_done(k) {
+            return false;
+        }
+        let run = folder_of(self.how.folder, &job.case.id).join("run");
+        let Some(holder) = lock::holder(&lock::file_in(&run)) else {
+            return self.is_still_open(k);
+        };
+        let id = job.case.id.clone();
+        let who = lock::process_text(holder.as_ref());
+        if let Some(process) = holder.filter(|p| !ordered && alive(p) == Some(true)) {
+            if self.asked.insert(id.clone(), process.id) != Some(process.id) {
+                (self.say)(&format!(
+                    "{id}: {who} still works in its folder: asked to end, waited for"
+                ));
+                // A process that cannot be asked is waited for as well.
+                let _ = request_stop(process.id);
+            }
+        } else if self.jobs[k].told != who {
+            (self.say)(&format!("{id}: {who} works in its folder, waited for"));
+            self.jobs[k].told = who;
+        }
+        false
+    }
+
+    /// Settles a case that was done meanwhile, or that cannot be run now that the case it follows is done.
+    fn is_still_open(&mut self, k: usize) -> bool {
+        let follows = self.jobs[k].case.follows.is_some();
+        // Those without leader were examined at the start.
+        if !follows && self.asked.is_empty() && self.jobs[k].told.is_empty() {
+            return true;
+        }
+        let entry = entry(self.jobs[k].case, self.how.folder, &self.digests);
+        match entry.state {
+            State::Done => self.end(k, State::Done, None),
+            State::Stale if !self.how.renew && follows => {
+                let reason = entry.reason.map(|what| format!("its run is of other inputs: {what}"));
+                self.end(k, State::Failed, reason);
+            }
+            _ => return true,
+        }
+        false
+    }
+}
+
+/// Increments of all runs before a submission.
+struct Before {
+    increments: HashMap<String, usize>,
+}
+
+impl Before {
+    fn of(schedule: &Schedule<'_, '_>) -> Self {
+        let of = |job: &Job<'_>| (job.case.id.clone(), increments(schedule.how.folder, job.case));
+        let open = schedule.jobs.iter().filter(|job| job.phase == Phase::Open);
+        Self { increments: open.filter(|job| job.submission.ticket.is_none()).map(of).collect() }
+    }
+
+    /// Notes the ticket of a job.
+    fn note(&self, job: &mut Job<'_>, ticket: &Ticket) {
+        if job.submission.ticket.as_ref() == Some(ticket) {
+            return;
+        }
+        let increment = self.increments.get(&job.case.id).copied().unwrap_or(0);
+        let tries = job.submission.tries + 1;
+        job.submission = Submission { ticket: Some(ticket.clone()), tries, increment };
+    }
+}

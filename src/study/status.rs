@@ -1,0 +1,106 @@
+//! State of a study from the files in its folder alone, without the study file.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::StudyError;
+use super::case_file::CaseFile;
+use super::inputs::folder_of;
+use super::outcome;
+use super::prepare::Order;
+use super::proof::{Proof, proof_of_case};
+use super::runner::tickets::Tickets;
+use crate::run::lock;
+use crate::run::status::status as run_status;
+
+/// State of a case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CaseState {
+    /// Not started, or interrupted.
+    Waiting,
+    /// Handed over to an engine.
+    Submitted,
+    /// A solver works in its folder.
+    Running,
+    /// All stages done.
+    Done,
+    /// Ended early.
+    Failed,
+    /// Its run is of other inputs or of another build than its `case.json`.
+    Stale,
+}
+
+/// A case of a study.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CaseStatus {
+    /// Name.
+    pub name: String,
+    /// State.
+    pub state: CaseState,
+    /// Why it failed or is stale.
+    pub reason: Option<String>,
+    /// Increments of its run.
+    pub increment: Option<usize>,
+    /// Estimated wall time left [s]; of a running case only.
+    pub left_s: Option<f64>,
+    /// Host of a running case.
+    pub host: Option<String>,
+    /// Submissions since its run last advanced.
+    pub tries: usize,
+}
+
+/// States of the cases of the study in `folder`, in the order in which they run.
+///
+/// # Errors
+/// [`StudyError::Io`] when the folder holds no study, [`StudyError::Value`] when `order.json` is invalid.
+pub fn status(folder: &Path) -> Result<Vec<CaseStatus>, StudyError> {
+    let order = Order::read(folder)?;
+    let tickets = Tickets::read(folder);
+    let of = |name: String| {
+        let submission = tickets.cases.get(&name).cloned().unwrap_or_default();
+        case_status(folder, name, submission.ticket.is_some(), submission.tries)
+    };
+    Ok(order.ranks.into_iter().flatten().map(of).collect())
+}
+
+fn case_status(study: &Path, name: String, submitted: bool, tries: usize) -> CaseStatus {
+    let folder = folder_of(study, &name);
+    let run = folder.join("run");
+    let mut status = CaseStatus {
+        name,
+        state: if submitted { CaseState::Submitted } else { CaseState::Waiting },
+        reason: None,
+        increment: None,
+        left_s: None,
+        host: None,
+        tries,
+    };
+    let Ok(case) = CaseFile::read(&folder) else { return status };
+    let seen = run_status(&run).ok();
+    status.increment = seen.as_ref().map(|run| run.increment);
+    if let Some(holder) = lock::holder(&lock::file_in(&run)) {
+        status.state = CaseState::Running;
+        status.left_s = seen.and_then(|run| run.left_s);
+        status.host = holder.and_then(|process| process.host.split(' ').next().map(str::to_owned));
+        return status;
+    }
+    let outcome = outcome::read(&folder);
+    let proved = proof_of_case(&folder, &case);
+    (status.state, status.reason) = match proved {
+        Proof::Done => (CaseState::Done, None),
+        Proof::Other(what) => (CaseState::Stale, Some(what)),
+        Proof::NotConverged(message) if !submitted => {
+            (CaseState::Failed, outcome.map(|o| o.message).or(message))
+        }
+        _ if submitted => (status.state, None),
+        _ => match outcome {
+            Some(outcome) if matches!(outcome.exit, 2 | 4) => {
+                (CaseState::Failed, Some(outcome.message))
+            }
+            outcome => (CaseState::Waiting, outcome.map(|outcome| outcome.message)),
+        },
+    };
+    status
+}

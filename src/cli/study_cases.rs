@@ -1,5 +1,6 @@
 //! The cases of a forming study: prepared, run where they are to run, compared.
 
+use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -26,11 +27,12 @@ use crate::study::states::{State, States, mixture, refuse_other_runs, states};
 pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
     let output = args.folder();
     let [own, tools] = folders(args)?;
+    let chosen = chosen_cases(args, study)?;
     std::fs::create_dir_all(output).map_err(folder(output))?;
     let base = output.canonicalize().map_err(io(output))?;
     let [tools, own] = [&tools, &own].map(|folder| from_case(&base, folder));
     let all = cases(study, &Roots { tools: &tools, own: &own }, args.quick);
-    let open = wanted(args, study, &all)?;
+    let open = with_leaders(&all, |id| chosen.contains(id));
     if args.collect {
         return compared(args, study, &all, &[]);
     }
@@ -140,14 +142,13 @@ fn folders(args: &StudyArgs) -> Result<[PathBuf; 2], Failure> {
     Ok([own, tools])
 }
 
-/// The selected cases and those they follow.
-fn wanted(args: &StudyArgs, study: &Study, all: &[Case]) -> Result<Vec<Case>, Failure> {
+/// Names of the selected cases.
+fn chosen_cases(args: &StudyArgs, study: &Study) -> Result<BTreeSet<String>, Failure> {
     let ids = ids(study);
-    let chosen = chosen(&ids, &args.only).map_err(|name| {
+    chosen(&ids, &args.only).map_err(|name| {
         let allowed = format!("a case, or a part of its name: {}", ids.join(", "));
         value(&args.file, "--only", format!("'{name}'"), allowed)
-    })?;
-    Ok(with_leaders(all, |id| chosen.contains(id)))
+    })
 }
 
 /// Compares all cases; `run` are those that were to be run.

@@ -55,11 +55,14 @@ pub struct StudyArgs {
     /// Run failed cases again
     #[arg(long)]
     again: bool,
+    /// Take DIR although a study on another host seems to work in it; refused for a study that is alive on this host
+    #[arg(long)]
+    break_lock: bool,
     /// End with exit code 0 instead of 1 when results are doubtful; tables and pages keep the doubts
     #[arg(long)]
     accept_doubts: bool,
     /// Run nothing, only compare existing results
-    #[arg(long, conflicts_with_all = ["only", "again", "jobs"])]
+    #[arg(long, conflicts_with_all = ["only", "again", "jobs", "break_lock"])]
     collect: bool,
 }
 
@@ -118,6 +121,7 @@ fn only_of_forming(args: &StudyArgs, format: &str) -> Result<(), Failure> {
         ("--only", !args.only.is_empty()),
         ("--quick", args.quick),
         ("--again", args.again),
+        ("--break-lock", args.break_lock),
         ("--collect", args.collect),
     ];
     let given: Vec<&str> =
@@ -185,8 +189,15 @@ fn run_cases(args: &StudyArgs, open: &[Case], stop: &Cancel) -> Result<Manifest,
     let jobs = args.jobs.map_or(1, NonZeroUsize::get);
     let threads = (rayon::current_num_threads() / jobs).max(1);
     let folder = &args.output;
-    let how =
-        Execution { folder, program: &program, jobs, threads, repeat_failed: args.again, stop };
+    let how = Execution {
+        folder,
+        program: &program,
+        jobs,
+        threads,
+        repeat_failed: args.again,
+        break_lock: args.break_lock,
+        stop,
+    };
     Ok(execute(open, &how, &|line| out!("{line}"))?)
 }
 

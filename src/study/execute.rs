@@ -14,7 +14,7 @@ pub use super::manifest::{Entry, Manifest, State};
 use super::process;
 use crate::cancel::Cancel;
 use crate::files::write_atomic;
-use crate::run::lock::{self, Attempt};
+use crate::run::lock::{self, Attempt, Lock, Lost};
 
 /// How cases are run.
 pub struct Execution<'a> {
@@ -28,6 +28,8 @@ pub struct Execution<'a> {
     pub threads: usize,
     /// Run failed cases again.
     pub repeat_failed: bool,
+    /// Take the folder from a study that is not known to be alive on this host.
+    pub break_lock: bool,
     /// Stop request: running cases save a checkpoint and stop, and no other case starts.
     pub stop: &'a Cancel,
 }
@@ -43,18 +45,27 @@ pub fn execute(
     how: &Execution<'_>,
     say: &(dyn Fn(&str) + Sync),
 ) -> Result<Manifest, StudyError> {
-    let _lock = match lock::take(&how.folder.join("study.lock"))? {
+    let lock = match lock::take(&how.folder.join("study.lock"), how.break_lock)? {
         Attempt::Acquired(lock) => lock,
-        Attempt::HeldByOther(process) => {
-            let who = lock::process_text(process.as_ref());
-            return Err(StudyError::Busy { folder: how.folder.to_path_buf(), who });
+        Attempt::HeldByOther(holder) => {
+            return Err(StudyError::Busy { folder: how.folder.to_path_buf(), holder });
         }
     };
     let mut manifest = Manifest::read_or_set_aside(how.folder, say)?;
     for rank in ranks(cases) {
-        manifest = execute_rank(&rank, manifest, how, say)?;
+        manifest = execute_rank(&rank, manifest, &lock, how, say)?;
     }
     Ok(manifest)
+}
+
+/// Writes the manifest, if the study still holds its folder.
+///
+/// # Errors
+/// [`StudyError::LockLost`], [`StudyError::Write`].
+fn write_manifest(manifest: &Manifest, lock: &Lock, folder: &Path) -> Result<(), StudyError> {
+    let lost = |lost: Lost| StudyError::LockLost { folder: folder.into(), found: lost.found };
+    lock.check().map_err(lost)?;
+    Ok(manifest.write(folder)?)
 }
 
 /// The entry of a case before any run, and whether the case must run.
@@ -91,6 +102,7 @@ fn entry_before(case: &Case, manifest: &Manifest, how: &Execution<'_>) -> (Entry
 fn execute_rank(
     cases: &[&Case],
     mut manifest: Manifest,
+    lock: &Lock,
     how: &Execution<'_>,
     say: &(dyn Fn(&str) + Sync),
 ) -> Result<Manifest, StudyError> {
@@ -103,8 +115,8 @@ fn execute_rank(
         open.extend(runs.then_some(case));
         manifest.cases.insert(case.id.clone(), entry);
     }
-    manifest.write(how.folder)?;
-    let shared = Shared { manifest: Mutex::new(manifest), next: AtomicUsize::new(0) };
+    write_manifest(&manifest, lock, how.folder)?;
+    let shared = Shared { lock, manifest: Mutex::new(manifest), next: AtomicUsize::new(0) };
     let work = || shared.work(&open, how, say);
     std::thread::scope(|scope| {
         let workers: Vec<_> = (0..how.jobs.max(1)).map(|_| scope.spawn(work)).collect();
@@ -117,13 +129,14 @@ fn execute_rank(
 }
 
 /// Data shared by the workers.
-struct Shared {
+struct Shared<'a> {
+    lock: &'a Lock,
     manifest: Mutex<Manifest>,
     /// Index of the next case.
     next: AtomicUsize,
 }
 
-impl Shared {
+impl Shared<'_> {
     /// Takes and runs cases until none is left or a stop is requested.
     fn work(
         &self,
@@ -147,7 +160,7 @@ impl Shared {
             if let Some(entry) = manifest.cases.get_mut(&case.id) {
                 (entry.state, entry.reason) = (state, reason);
             }
-            manifest.write(how.folder)?;
+            write_manifest(&manifest, self.lock, how.folder)?;
         }
         Ok(())
     }

@@ -8,8 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use crate::cancel::Cancel;
-use crate::run::lock;
-use crate::run::resources::alive;
+use crate::run::lock::{self, Place, host_name};
 
 /// Interval between checks of a process.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
@@ -50,37 +49,35 @@ pub(super) fn run(command: &mut Command, stop: &Cancel) -> io::Result<(ExitStatu
     Ok((status, String::from_utf8_lossy(&output).trim().replace('\n', " ")))
 }
 
-/// Waits until no solver works in the folder `run`. A solver on this machine is asked to stop, so that it saves a
-/// checkpoint. Returns the reason if the folder remains in use.
+/// Waits until no solver works in the folder `run`. A solver on this host is asked to stop, so that it saves a
+/// checkpoint. Returns the reason if the folder remains in use: a solver on another host cannot be asked.
 pub(super) fn wait_for(run: &Path, stop: &Cancel, say: &dyn Fn(&str)) -> Option<String> {
     let mut asked = None;
-    while let Some(holder) = lock::holder(&lock::file_in(run)) {
-        let who = lock::process_text(holder.as_ref());
+    let file = lock::file_in(run);
+    loop {
+        let holder = match lock::holder(&file) {
+            Ok(Some(holder)) => holder,
+            Ok(None) => return None,
+            Err(error) => return Some(format!("cannot read {}: {error}", file.display())),
+        };
         if stop.is_requested() {
-            return Some(format!("{who} still works in {}", run.display()));
+            return Some(format!("{holder} still works in {}", run.display()));
         }
-        if let Some(process) = holder {
-            match alive(&process) {
-                None if !process.host.is_empty() => {
-                    return Some(format!(
-                        "{who} works in {}; wait for it, or end it there, and give the command again",
-                        run.display()
-                    ));
-                }
-                // The identity of an ended process, until the current one writes its own.
-                Some(false) => {}
-                _ if asked == Some(process.id) => {}
-                _ => {
-                    say(&format!("{who} still works in its folder: asked to end, waited for"));
-                    // A process that cannot be asked is waited for as well.
-                    let _ = request_stop(process.id);
-                    asked = Some(process.id);
-                }
+        match (&holder.process, holder.place) {
+            (Some(process), Place::Elsewhere { .. }) if host_name(process).is_some() => {
+                let (run, remedy) = (run.display(), holder.remedy());
+                return Some(format!("{holder} works in {run}; {remedy}; then repeat the command"));
             }
+            (Some(process), Place::Here | Place::Elsewhere { .. }) if asked != Some(process.id) => {
+                say(&format!("{holder} still works in its folder: asked to end, waited for"));
+                // A process that cannot be asked is waited for as well.
+                let _ = request_stop(process.id);
+                asked = Some(process.id);
+            }
+            _ => {}
         }
         thread::sleep(POLL_INTERVAL);
     }
-    None
 }
 
 #[cfg(unix)]

@@ -37,7 +37,7 @@ pub enum RunError {
     },
     /// Another process holds the lock of the folder.
     #[error(
-        "{}: {holder} works in this folder; allowed: one run at a time; use another folder, or {} and continue from its checkpoint", folder.display(), holder.remedy()
+        "{}: {holder} works in this folder; allowed: one run at a time; use another folder, or {}", folder.display(), holder.remedy()
     )]
     Busy {
         /// The folder.

@@ -63,7 +63,7 @@ pub enum StudyError {
     },
     /// Another process holds the lock of the folder.
     #[error(
-        "{}: {holder} works in this folder; allowed: one study at a time; use another folder, or {} and continue from the checkpoints of its runs", folder.display(), holder.remedy()
+        "{}: {holder} works in this folder; allowed: one study at a time; use another folder, or {}", folder.display(), holder.remedy()
     )]
     Busy {
         /// The folder.

@@ -66,21 +66,32 @@ impl Holder {
         }
     }
 
-    /// How to end the holder, whose runs then leave checkpoints.
+    /// How to wait for the holder or end it.
     #[must_use]
     pub fn remedy(&self) -> String {
-        let kill = self.process.as_ref().map_or("kill".into(), |p| format!("kill {}", p.id));
-        let host = self.process.as_ref().and_then(host_name);
-        match (self.place, host) {
-            (Place::Elsewhere { heartbeat: None, .. }, Some(host)) => {
-                format!("wait for it, or end it on {host} (`{kill}`)")
-            }
-            (Place::Elsewhere { .. }, Some(host)) => format!(
-                "wait for it, or end it on {host} (`{kill}`); it counts as ended {} minutes after its last heartbeat",
-                HEARTBEAT_EXPIRY.as_secs() / 60
-            ),
-            _ => format!("wait for it, or end it (`{kill}`)"),
+        // An unknown holder is not the process that the file names.
+        let process = self.process.as_ref().filter(|_| self.place != Place::Unknown);
+        let kill = process.map_or("kill".into(), |p| format!("kill {}", p.id));
+        let host = process.and_then(host_name);
+        let Some(host) = host.filter(|_| self.place != Place::Here) else {
+            return format!("wait for it, or end it (`{kill}`; checkpoints remain)");
+        };
+        let end = format!("wait for it, or end it on {host} (`{kill}`; checkpoints remain)");
+        if self.heartbeat().is_some_and(|age| age < HEARTBEAT_EXPIRY) {
+            let minutes = HEARTBEAT_EXPIRY.as_secs() / 60;
+            return format!("{end}; it counts as ended {minutes} minutes after its last heartbeat");
         }
+        end
+    }
+
+    /// The holder of a claim, which is acquiring the lock.
+    pub(super) fn of_claim(process: Option<Process>) -> Self {
+        let place = match process.as_ref().map(alive) {
+            Some(Some(true)) => Place::Here,
+            Some(None) => Place::Elsewhere { heartbeat: None, locked: false },
+            Some(Some(false)) | None => Place::Unknown,
+        };
+        Self { process, place }
     }
 }
 
@@ -178,8 +189,9 @@ mod tests {
             assert!(young.is_alive() && young.is_breakable());
             assert_eq!(judged(&there, 320, lock_file).is_some(), locked);
         }
-        let text = judged(&there, 320, LOCKS[1]).unwrap().to_string();
-        assert!(text.contains("the file system still reports its lock"), "{text}");
+        let locked = judged(&there, 320, LOCKS[1]).unwrap();
+        assert!(locked.to_string().contains("the file system still reports its lock"));
+        assert!(!locked.remedy().contains("minutes"), "{}", locked.remedy());
         // Clocks of the server may be set back.
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.lock");
@@ -207,7 +219,7 @@ mod tests {
         for lock_file in LOCKS {
             let holder = judged(&own, 9000, lock_file).unwrap();
             assert!(holder.place == Place::Here && !holder.is_breakable() && holder.is_alive());
-            assert!(holder.remedy().contains(&format!("`kill {}`", own.id)));
+            assert!(holder.remedy().contains(&format!("(`kill {}`;", own.id)));
         }
         assert_eq!(judged(&gone, 0, LOCKS[0]), None);
         assert_eq!(judged(&gone, 0, LOCKS[1]).unwrap().place, Place::Unknown);

@@ -149,7 +149,7 @@ fn take_with(path: &Path, break_lock: bool, lock_file: LockFile) -> io::Result<A
             claim::Attempt::MadeByOther(process) => process,
         };
         if start.elapsed() >= CLAIM_WAIT {
-            return Ok(Attempt::HeldByOther(Holder { process, place: Place::Unknown }));
+            return Ok(Attempt::HeldByOther(Holder::of_claim(process)));
         }
         sleep(CLAIM_POLL);
     }

@@ -59,7 +59,7 @@ fn two_for_a_folder_that_another_process_works_in() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     fs::create_dir(&out).unwrap();
-    let Attempt::Acquired(_lock) = take(&file_in(&out)).unwrap() else {
+    let Attempt::Acquired(_lock) = take(&file_in(&out), false).unwrap() else {
         panic!("a folder of our own")
     };
     let file = scene(folder.path(), |_| {});

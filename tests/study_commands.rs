@@ -234,7 +234,7 @@ mod processes {
         study.kill().unwrap();
         study.wait().unwrap();
         let run = lock::file_in(&bends.run_of("a"));
-        until("the solver goes on", || lock::holder(&run).is_none().then_some(()));
+        until("the solver goes on", || lock::holder(&run).unwrap().is_none().then_some(()));
         let stopped = status(&bends.run_of("a")).unwrap();
         assert_eq!(stopped.state, State::Stopped);
         go_on(&bends, &stopped);
@@ -266,7 +266,8 @@ mod processes {
         let mut study = begin(&bends);
         let run = lock::file_in(&bends.run_of("a"));
         until("the solver stays", || {
-            lock::holder(&run).flatten().filter(|process| process.id != left.id())
+            let holder = lock::holder(&run).unwrap();
+            holder.and_then(|h| h.process).filter(|process| process.id != left.id())
         });
         at_work(&bends, now.increment);
         signal(study.id(), "-TERM");

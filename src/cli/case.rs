@@ -27,6 +27,9 @@ pub struct CaseArgs {
     /// Run a case again whose earlier run did not converge
     #[arg(long)]
     again: bool,
+    /// Take a run's folder although a run on another host seems to work in it; refused for one that is alive on this host
+    #[arg(long)]
+    break_lock: bool,
     /// Stop with a checkpoint when standard input ends: the run does not outlive the program that started it
     #[arg(long)]
     tied: bool,
@@ -71,7 +74,8 @@ pub fn run(args: &CaseArgs) -> Result<Exit, Failure> {
 
 /// Runs a case and leaves its outcome in its folder.
 fn one(folder: &Path, args: &CaseArgs) -> Result<(), Failure> {
-    let options = RunOptions { stop: stop::request().clone(), ..RunOptions::default() };
+    let (stop, break_lock) = (stop::request().clone(), args.break_lock);
+    let options = RunOptions { stop, break_lock, ..RunOptions::default() };
     let ended = run_case(folder, args.again, options, &mut |_| {});
     match ended.map_err(Failure::from) {
         Ok(end) => {

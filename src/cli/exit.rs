@@ -110,12 +110,14 @@ pub fn finish(outcome: Result<Exit, Failure>) -> ExitCode {
 mod tests {
     use super::*;
     use crate::run::RunError;
+    use crate::run::lock::{Holder, Place};
     use crate::study::StudyError;
 
     #[test]
     fn a_busy_folder_is_wrong_input() {
-        let run = RunError::Busy { folder: "out".into(), who: "process 1".into() };
-        let study = StudyError::Busy { folder: "out".into(), who: "process 1".into() };
+        let holder = || Holder { process: None, place: Place::Here };
+        let run = RunError::Busy { folder: "out".into(), holder: holder() };
+        let study = StudyError::Busy { folder: "out".into(), holder: holder() };
         assert_eq!([Failure::from(run).exit, Failure::from(study).exit], [Exit::Input; 2]);
         let folder = || std::io::Error::from(std::io::ErrorKind::PermissionDenied);
         let run = RunError::Folder { path: "out".into(), source: folder() };

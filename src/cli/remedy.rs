@@ -10,6 +10,7 @@ use crate::convert::bezier::BezierError;
 use crate::convert::reach::ReachError;
 use crate::convert::tolerance::ToleranceError;
 use crate::mesh::MeshError;
+use crate::run::lock::Holder;
 use crate::run::restart::Restart;
 use crate::run::status::StatusError;
 use crate::run::{CheckpointError, RunError};
@@ -165,7 +166,8 @@ fn of_key(key: &str) -> Option<String> {
 fn of_run(error: &RunError) -> Option<String> {
     match error {
         RunError::Scene(error) => of_scene(error),
-        RunError::Busy { .. } => Some(ANOTHER_FOLDER.into()),
+        RunError::Busy { holder, .. } => Some(of_busy(holder)),
+        RunError::LockLost { .. } => Some(ANOTHER_FOLDER.into()),
         RunError::Unfinished { restart, .. } => Some(format!(
             "`{}` continues it, --overwrite discards it; or {ANOTHER_FOLDER}",
             restart_command(restart)
@@ -194,6 +196,15 @@ fn of_solver(error: &SimulationError) -> Option<String> {
     }
 }
 
+/// Another folder, or the lock of a holder that may have ended.
+fn of_busy(holder: &Holder) -> String {
+    if holder.is_breakable() {
+        format!("{ANOTHER_FOLDER}; --break-lock if that process has certainly ended")
+    } else {
+        ANOTHER_FOLDER.into()
+    }
+}
+
 fn of_status(error: &StatusError) -> Option<String> {
     let is_absent = matches!(error, StatusError::Io { .. });
     is_absent.then(|| "the folder given to `kanagata-solve run` with -o".into())
@@ -204,7 +215,8 @@ fn of_study(error: &StudyError) -> Option<String> {
         StudyError::Start { .. } => {
             Some("`kanagata-solve` beside `kanagata` (cargo build --release makes both)".into())
         }
-        StudyError::Busy { .. } => Some(ANOTHER_FOLDER.into()),
+        StudyError::Busy { holder, .. } => Some(of_busy(holder)),
+        StudyError::LockLost { .. } => Some(ANOTHER_FOLDER.into()),
         StudyError::OtherRuns { .. } => {
             Some("--renew runs these cases again, another folder with -o keeps them".into())
         }

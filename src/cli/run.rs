@@ -43,6 +43,9 @@ pub struct RunArgs {
     /// Start again although DIR holds a run of the same inputs or files of no run, and discard them
     #[arg(long, conflicts_with = "restart")]
     overwrite: bool,
+    /// Take DIR although a run on another host seems to work in it; refused for a run that is alive on this host
+    #[arg(long)]
+    break_lock: bool,
     /// Exclude what does not change results (tool patches that the sheet cannot touch); run.json lists them
     #[arg(long)]
     auto: bool,
@@ -68,6 +71,7 @@ impl From<RunError> for Failure {
         let exit = match &error {
             RunError::Scene(SceneError::Io { .. })
             | RunError::Write(_)
+            | RunError::LockLost { .. }
             | RunError::Folder { .. } => Exit::Io,
             RunError::Scene(_)
             | RunError::Busy { .. }
@@ -128,6 +132,7 @@ fn solve(args: &RunArgs, plan: &Plan) -> Result<RunRecord, RunError> {
         overwrite: args.overwrite,
         notify: (!args.quiet).then_some(&tell as &dyn Fn(&str)),
         auto: args.auto,
+        break_lock: args.break_lock,
         stop: stop::request().clone(),
     };
     if args.lines {

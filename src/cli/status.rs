@@ -12,8 +12,8 @@ use crate::run::status::{Status, StatusError, status};
 /// Arguments of `status`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Examples:\n  kanagata-solve status out/demo\n  kanagata-solve status out/demo --json\n\n\
-    States: running, finished, not_converged, stopped (by a signal), killed (its process is gone), elsewhere (another \
-    machine's).\n\n{EXIT_HELP}"))]
+    States: running, finished, not_converged, stopped (by a signal), killed (its process is gone), elsewhere (neither \
+    the process nor its heartbeat can be checked from here).\n\n{EXIT_HELP}"))]
 pub struct StatusArgs {
     /// Folder of a run (`run -o`)
     folder: PathBuf,

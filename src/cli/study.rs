@@ -52,11 +52,14 @@ pub struct StudyArgs {
     /// Run cases again whose runs are of other inputs or of another build, and lose those
     #[arg(long)]
     pub(super) renew: bool,
+    /// Take DIR although a study on another host seems to work in it; refused for a study that is alive on this host
+    #[arg(long)]
+    pub(super) break_lock: bool,
     /// End with exit code 0 instead of 1 when results are doubtful; tables and pages keep the doubts
     #[arg(long)]
     pub(super) accept_doubts: bool,
     /// Run nothing, only compare existing results
-    #[arg(long, conflicts_with_all = ["only", "again", "jobs", "renew"])]
+    #[arg(long, conflicts_with_all = ["only", "again", "jobs", "renew", "break_lock"])]
     pub(super) collect: bool,
     /// Run nothing, only write the scene and case.json of every case
     #[arg(long, conflicts_with_all = ["collect", "again"])]
@@ -148,6 +151,7 @@ fn only_of_forming(args: &StudyArgs, format: &str) -> Result<(), Failure> {
         ("--quick", args.quick),
         ("--again", args.again),
         ("--renew", args.renew),
+        ("--break-lock", args.break_lock),
         ("--collect", args.collect),
         ("--prepare", args.prepare),
         ("--runner", args.runner.is_given()),

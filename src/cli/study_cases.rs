@@ -36,7 +36,7 @@ pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> 
     if args.collect {
         return compared(args, study, &all, &[]);
     }
-    let _lock = schedule::lock(output)?;
+    let lock = schedule::lock(output, args.break_lock)?;
     let before = states(&open, output);
     if !args.renew {
         refuse_other_runs(&before, output)?;
@@ -67,6 +67,7 @@ pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> 
         again: args.again,
         renew: args.renew,
         before: &before,
+        lock: &lock,
         detach: args.runner.detach,
         stop,
         runner: &mut *runner,

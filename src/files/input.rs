@@ -94,18 +94,6 @@ pub fn read_system(path: &str) -> io::Result<String> {
     std::fs::read_to_string(path)
 }
 
-/// Opens a lock file for reading and writing; `create` creates a missing one.
-///
-/// # Errors
-/// The error of the operating system; [`io::ErrorKind::InvalidInput`] for other than regular files.
-pub fn open_lock(path: &Path, create: bool) -> io::Result<File> {
-    let mut options = OpenOptions::new();
-    options.read(true).write(true).create(create).truncate(false);
-    let file = without_blocking(&mut options).open(path)?;
-    regular(&file)?;
-    Ok(file)
-}
-
 /// Opens without waiting for the other end of a FIFO, and without making a terminal the controlling one.
 #[cfg(unix)]
 fn without_blocking(options: &mut OpenOptions) -> &mut OpenOptions {
@@ -191,7 +179,6 @@ mod tests {
         }
         // The operating system refuses to open a socket.
         assert!(read(&socket, Input::Cad).is_err());
-        assert!(open_lock(&pipe, true).unwrap_err().to_string().contains("a FIFO"));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::lock::Holder;
 use super::restart::Restart;
 use crate::files::WriteError;
 use crate::scene::SceneError;
@@ -36,13 +37,23 @@ pub enum RunError {
     },
     /// Another process holds the lock of the folder.
     #[error(
-        "{}: {who} works in this folder; allowed: one run at a time; wait for it, end it (`kill`; it leaves a checkpoint), or use another folder", folder.display()
+        "{}: {holder} works in this folder; allowed: one run at a time; use another folder, or {}", folder.display(), holder.remedy()
     )]
     Busy {
         /// The folder.
         folder: PathBuf,
-        /// The process, in words.
-        who: String,
+        /// The process.
+        holder: Holder,
+    },
+    /// The run no longer holds the lock of its folder.
+    #[error(
+        "{}: this run has lost its folder ({found}); it has ended and written nothing further; use another folder, or wait for the other run to end", folder.display()
+    )]
+    LockLost {
+        /// The folder.
+        folder: PathBuf,
+        /// The process that holds the lock now, or the fault of the lock file, in words.
+        found: String,
     },
     /// The folder holds a stopped run of the same inputs that can continue.
     #[error(

@@ -67,6 +67,8 @@ pub struct RunOptions<'a> {
     pub notify: Option<&'a dyn Fn(&str)>,
     /// Exclude tool patches that the sheet cannot touch, which does not change results.
     pub auto: bool,
+    /// Take the folder from a run that is not known to be alive on this host. That run ends at its next increment.
+    pub break_lock: bool,
     /// Stop request: abort the current increment, save a checkpoint of the last one and stop.
     pub stop: Cancel,
 }
@@ -87,10 +89,10 @@ pub fn run(
     let start = Instant::now();
     let Prepared { mut simulation, guard, findings, holders, excluded_patches } =
         prepare(plan, scene_path, options.auto)?;
-    let _lock = lock_folder(output, options)?;
+    let lock = lock_folder(output, options)?;
     let section = options.stop.section();
     simulation.set_cancel(options.stop.clone());
-    let run = Run { plan, scene_path, output, options, guard, start };
+    let run = Run { plan, scene_path, output, options, guard, start, lock };
     let (mut folder, next) = if options.restart {
         run.restored_folder(&mut simulation)?
     } else {
@@ -183,11 +185,10 @@ fn lock_folder(output: &Path, options: &RunOptions<'_>) -> Result<Option<lock::L
     }
     std::fs::create_dir_all(output)
         .map_err(|source| RunError::Folder { path: output.to_path_buf(), source })?;
-    match lock::take(&lock::file_in(output))? {
+    match lock::take(&lock::file_in(output), options.break_lock)? {
         lock::Attempt::Acquired(lock) => Ok(Some(lock)),
-        lock::Attempt::HeldByOther(process) => {
-            let who = lock::process_text(process.as_ref());
-            Err(RunError::Busy { folder: output.to_path_buf(), who })
+        lock::Attempt::HeldByOther(holder) => {
+            Err(RunError::Busy { folder: output.to_path_buf(), holder })
         }
     }
 }
@@ -200,9 +201,19 @@ struct Run<'a> {
     options: &'a RunOptions<'a>,
     guard: Option<Guard>,
     start: Instant,
+    lock: Option<lock::Lock>,
 }
 
 impl Run<'_> {
+    /// Checks that the run still holds the lock of its folder, before it writes there.
+    fn check_lock(&self) -> Result<(), RunError> {
+        let lost = |lost: lock::Lost| RunError::LockLost {
+            folder: self.output.to_path_buf(),
+            found: lost.found,
+        };
+        self.lock.as_ref().map_or(Ok(()), lock::Lock::check).map_err(lost)
+    }
+
     /// The folder of the newest checkpoint, from which the simulation is restored, and the number of the next checkpoint.
     fn restored_folder(&self, simulation: &mut Simulation) -> Result<(RunFolder, usize), RunError> {
         let (checkpoint, next) = checkpoint::read(self.output, self.plan, PROGRAM)?;
@@ -237,6 +248,7 @@ impl Run<'_> {
         let (tool, folder_path) = (self.plan.scene.tools[tool].name.clone(), folder.path.clone());
         let increment = simulation.summary().increments;
         let error = RunError::ExcludedPatchReached { increment, tool, node, folder: folder_path };
+        self.check_lock()?;
         folder.write_last_state(simulation, Some(node))?;
         folder.finish(Verdict::NotConverged, Some(error.to_string()), self.start)?;
         Err(error)
@@ -258,6 +270,7 @@ impl Run<'_> {
                 Ok(false) => return Ok(Ok(())),
                 Err(error) => {
                     if matches!(error, SimulationError::Stopped { .. }) {
+                        self.check_lock()?;
                         checkpoint::write(folder, &simulation.state(), count)?;
                     }
                     return Ok(Err(error));
@@ -267,6 +280,7 @@ impl Run<'_> {
             let increment = simulation.summary().increments;
             let stop = self.options.stop.is_requested();
             if stop || (every > 0 && increment.is_multiple_of(every)) {
+                self.check_lock()?;
                 checkpoint::write(folder, &simulation.state(), count)?;
                 count += 1;
             }
@@ -289,11 +303,14 @@ impl Run<'_> {
             ended = report.ends_stage().then(|| report.stage_name.to_owned());
             let done = (report.stage as f64 + report.share) / stages;
             watch(&Progress { report, done, elapsed_s: self.start.elapsed().as_secs_f64() });
-            write_error = folder.record_increment(report, self.start).err();
+            let recorded = self
+                .check_lock()
+                .and_then(|()| folder.record_increment(report, self.start).map_err(Into::into));
+            write_error = recorded.err();
             if write_error.is_some() { Control::Stop } else { Control::Continue }
         });
         if let Some(error) = write_error {
-            return Err(error.into());
+            return Err(error);
         }
         if let Some(stage) = ended {
             folder.record_inside_tools(simulation, &stage);
@@ -301,7 +318,7 @@ impl Run<'_> {
         Ok(more)
     }
 
-    /// Records the outcome. An error of the solver is returned.
+    /// Records the outcome, if the run still holds its folder. An error of the solver is returned.
     fn end(
         &self,
         simulation: &Simulation,
@@ -313,6 +330,7 @@ impl Run<'_> {
             Err(SimulationError::GaveUp { node, share, .. }) => Some((*node, *share == 0.0)),
             _ => None,
         };
+        self.check_lock()?;
         folder.write_last_state(simulation, gave_up.map(|(node, _)| node))?;
         if gave_up.is_some() {
             folder.record_failure(simulation)?;
@@ -330,6 +348,7 @@ impl Run<'_> {
         if verdict != Verdict::Stopped {
             self.options.stop.complete();
             drop(section);
+            self.check_lock()?;
             #[cfg(feature = "pages")]
             report::write(folder, self.plan, simulation)?;
         }

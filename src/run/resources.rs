@@ -29,11 +29,16 @@ pub fn identity(id: u32) -> Option<Process> {
     Some(Process { id, started: started(id)?, host: host()? })
 }
 
-/// Whether a process is alive; `None` for another machine, or if the system does not report it.
+/// Whether a process is alive; `None` for another host, or if the system does not report it.
 #[must_use]
 pub fn alive(process: &Process) -> Option<bool> {
-    let here = host()?;
-    (here == process.host).then(|| started(process.id) == Some(process.started))
+    is_here(&host()?, &process.host).then(|| started(process.id) == Some(process.started))
+}
+
+/// Whether `recorded` is the host `here`. Records of version 0.2.0 do not name the process-id namespace.
+fn is_here(here: &str, recorded: &str) -> bool {
+    let without_namespace = here.rsplit_once(' ').map(|(machine, _)| machine);
+    recorded == here || Some(recorded) == without_namespace
 }
 
 /// Start time of a process in clock ticks since boot: field 22 of its stat. A zombie counts as ended.
@@ -47,11 +52,19 @@ fn started(id: u32) -> Option<u64> {
     fields.nth(18)?.parse().ok()
 }
 
-/// Host name and boot id of the machine.
+/// Host name and boot id of the machine, and the namespace of the process ids: containers may share the first two.
+///
+/// `None` if `/proc` belongs to another namespace, where the same ids are those of other processes.
 fn host() -> Option<String> {
     let read = |file: &str| read_system(&format!("/proc/sys/kernel/{file}")).ok();
+    let itself = std::fs::read_link("/proc/self").ok()?;
+    if itself.to_str()? != std::process::id().to_string() {
+        return None;
+    }
     let (name, boot) = (read("hostname")?, read("random/boot_id")?);
-    Some(format!("{} {}", name.trim(), boot.trim()))
+    let namespace = std::fs::read_link("/proc/self/ns/pid");
+    let namespace = namespace.map_or_else(|_| "pid:".into(), |link| link.display().to_string());
+    Some(format!("{} {} {namespace}", name.trim(), boot.trim()))
 }
 
 /// Peak memory of this process [MB]; 0 if the system does not report it.
@@ -105,5 +118,18 @@ mod tests {
         child.kill().unwrap();
         child.wait().unwrap();
         assert_eq!(super::alive(&process), Some(false));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_host_is_a_machine_since_its_start_and_a_namespace() {
+        let own = super::this_process().unwrap();
+        let words: Vec<&str> = own.host.split(' ').collect();
+        assert!(words.len() == 3 && words[2].starts_with("pid:"), "{words:?}");
+        let of = |host: &str| super::Process { host: host.into(), ..own.clone() };
+        assert_eq!(super::alive(&of(&words[..2].join(" "))), Some(true), "version 0.2.0");
+        assert_eq!(super::alive(&of(&format!("{} {} pid:[1]", words[0], words[1]))), None);
+        assert_eq!(super::alive(&of(&format!("other {} {}", words[1], words[2]))), None);
+        assert_eq!(super::alive(&of("")), None);
     }
 }

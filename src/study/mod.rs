@@ -35,6 +35,7 @@ mod validate;
 use std::path::PathBuf;
 
 use crate::files::WriteError;
+use crate::run::lock::Holder;
 
 /// Why a study cannot be read or run.
 #[non_exhaustive]
@@ -71,13 +72,23 @@ pub enum StudyError {
     },
     /// Another process holds the lock of the folder.
     #[error(
-        "{}: {who} works in this folder; allowed: one study at a time; wait for it, end it (`kill`; its runs leave checkpoints), or use another folder", folder.display()
+        "{}: {holder} works in this folder; allowed: one study at a time; use another folder, or {}", folder.display(), holder.remedy()
     )]
     Busy {
         /// The folder.
         folder: PathBuf,
-        /// The process, in words.
-        who: String,
+        /// The process.
+        holder: Holder,
+    },
+    /// The study no longer holds the lock of its folder.
+    #[error(
+        "{}: this study has lost its folder ({found}); it has ended and written nothing further; use another folder, or wait for the other study to end", folder.display()
+    )]
+    LockLost {
+        /// The folder.
+        folder: PathBuf,
+        /// The process that holds the lock now, or the fault of the lock file, in words.
+        found: String,
     },
     /// Runs in the folder are of other inputs or of another build.
     #[error("{}: {}; allowed: runs of the present inputs by this build", folder.display(), listed(cases))]

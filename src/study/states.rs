@@ -112,7 +112,8 @@ pub(super) fn entry(case: &Case, study: &Path, digests: &Digests) -> Entry {
             return Entry { state: State::Failed, reason: Some(reason), lacks_files: true };
         }
     };
-    if lock::holder(&lock::file_in(&folder.join("run"))).is_some() {
+    // A lock that cannot be read is an error of the run, which names it.
+    if lock::holder(&lock::file_in(&folder.join("run"))).unwrap_or(None).is_some() {
         return Entry::new(State::Running, None);
     }
     let outcome = outcome::read(&folder);

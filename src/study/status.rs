@@ -80,10 +80,10 @@ fn case_status(study: &Path, name: String, submitted: bool, tries: usize) -> Cas
     let Ok(case) = CaseFile::read(&folder) else { return status };
     let seen = run_status(&run).ok();
     status.increment = seen.as_ref().map(|run| run.increment);
-    if let Some(holder) = lock::holder(&lock::file_in(&run)) {
+    if let Some(holder) = lock::holder(&lock::file_in(&run)).unwrap_or(None) {
         status.state = CaseState::Running;
         status.left_s = seen.and_then(|run| run.left_s);
-        status.host = holder.and_then(|process| process.host.split(' ').next().map(str::to_owned));
+        status.host = holder.process.as_ref().and_then(lock::host_name).map(str::to_owned);
         return status;
     }
     let outcome = outcome::read(&folder);

@@ -22,6 +22,6 @@ pub struct Process {
     pub id: u32,
     /// Start time of the process as the system counts it (Linux: clock ticks since boot).
     pub started: u64,
-    /// The machine: its name, and an identifier of its current boot.
+    /// The host: its name, an identifier of its current boot, and the namespace of process ids.
     pub host: String,
 }

@@ -8,6 +8,7 @@ use std::time::SystemTime;
 use serde::Serialize;
 
 use super::checkpoint;
+use super::lock;
 use super::progress_line::line;
 use super::resources;
 use super::restart::Restart;
@@ -41,7 +42,7 @@ pub enum StatusError {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
-    /// Its process is running.
+    /// Its process is running; on another host, it holds the folder and has a heartbeat.
     Running,
     /// All stages are done.
     Finished,
@@ -49,25 +50,11 @@ pub enum State {
     NotConverged,
     /// Stopped by a signal.
     Stopped,
-    /// Its process has ended without a verdict.
+    /// Its process has ended without a verdict; on another host, it has lost the folder or has had no heartbeat for 5
+    /// minutes.
     Killed,
-    /// No verdict, and the process cannot be looked up (another host, no `/proc`).
+    /// No verdict, and neither the process nor its heartbeat can be checked from here.
     Elsewhere,
-}
-
-impl State {
-    fn text(self) -> &'static str {
-        match self {
-            Self::Running => "running",
-            Self::Finished => "finished",
-            Self::NotConverged => "not converged",
-            Self::Stopped => "stopped",
-            Self::Killed => "killed: its process is gone",
-            Self::Elsewhere => {
-                "running at its last update; its process cannot be checked from here"
-            }
-        }
-    }
 }
 
 /// A tool after the last increment.
@@ -101,6 +88,10 @@ pub struct Status {
     pub name: String,
     /// State of the run.
     pub state: State,
+    /// Name of the other host of a run without verdict.
+    pub host: Option<String>,
+    /// Age of the last heartbeat of a run on another host, by the clock of the file server [s].
+    pub heartbeat_s: Option<f64>,
     /// The solver's message if the run ended early.
     pub message: Option<String>,
     /// Doubts so far.
@@ -147,7 +138,7 @@ pub fn status(folder: &Path) -> Result<Status, StatusError> {
     let record: RunRecord = RunRecord::parse(&text)
         .map_err(|found| StatusError::Invalid { path: path.clone(), found })?;
     let history = read_history(folder, record.increments)?;
-    let state = state(&record);
+    let Found { state, host, heartbeat_s } = find(&record, folder);
     let last = history.rows.last();
     let time = last.map_or(0.0, |row| row.time);
     let checkpoint = newest_checkpoint(folder);
@@ -156,6 +147,8 @@ pub fn status(folder: &Path) -> Result<Status, StatusError> {
         folder: folder.display().to_string(),
         name: record.name.clone(),
         state,
+        host,
+        heartbeat_s,
         message: record.message.clone(),
         doubts: record.doubts.clone(),
         increment: record.increments,
@@ -189,18 +182,45 @@ fn restart_of_ended(record: &RunRecord, state: State, folder: &Path) -> Option<R
     ended.then(|| Restart::of(record, scene.as_ref(), folder))
 }
 
-fn state(record: &RunRecord) -> State {
-    match (record.verdict, &record.process) {
-        (Verdict::Completed | Verdict::Doubtful, _) => State::Finished,
-        (Verdict::NotConverged, _) => State::NotConverged,
-        (Verdict::Stopped, _) => State::Stopped,
-        (Verdict::Running, None) => State::Elsewhere,
-        (Verdict::Running, Some(process)) => match resources::alive(process) {
-            Some(true) => State::Running,
-            Some(false) => State::Killed,
-            None => State::Elsewhere,
+/// State of a run and of its process on another host.
+struct Found {
+    state: State,
+    host: Option<String>,
+    heartbeat_s: Option<f64>,
+}
+
+/// The state of the run in a folder, from its verdict, its process, and the lock of the folder.
+fn find(record: &RunRecord, folder: &Path) -> Found {
+    let here = |state| Found { state, host: None, heartbeat_s: None };
+    match record.verdict {
+        Verdict::Completed | Verdict::Doubtful => here(State::Finished),
+        Verdict::NotConverged => here(State::NotConverged),
+        Verdict::Stopped => here(State::Stopped),
+        Verdict::Running => match record.process.as_ref().map(resources::alive) {
+            Some(Some(true)) => here(State::Running),
+            Some(Some(false)) => here(State::Killed),
+            None | Some(None) => find_elsewhere(record, folder),
         },
     }
+}
+
+/// The state of a run whose process cannot be looked up on this host, from the lock of its folder.
+fn find_elsewhere(record: &RunRecord, folder: &Path) -> Found {
+    let process = record.process.as_ref();
+    let host = process.and_then(lock::host_name).map(str::to_owned);
+    let (state, heartbeat) = match lock::holder(&lock::file_in(folder)) {
+        Err(_) => (State::Elsewhere, None),
+        Ok(None) if process.is_none() => (State::Elsewhere, None),
+        Ok(None) => (State::Killed, None),
+        Ok(Some(holder)) if process.is_some() && holder.process.as_ref() != process => {
+            (State::Killed, None)
+        }
+        Ok(Some(holder)) => {
+            let state = if holder.is_alive() { State::Running } else { State::Elsewhere };
+            (state, holder.heartbeat())
+        }
+    };
+    Found { state, host, heartbeat_s: heartbeat.map(|age| age.as_secs_f64()) }
 }
 
 /// The history up to the last increment of `run.json`; rows after it belong to an earlier run.
@@ -254,19 +274,54 @@ mod tests {
 
     #[test]
     fn a_record_without_verdict_is_of_a_process_that_lives_or_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let state = |r: &RunRecord| find(r, folder.path()).state;
         let mut r = record();
         assert_eq!(state(&r), State::Elsewhere);
         r.process = resources::this_process();
         if let Some(process) = r.process.clone() {
             assert_eq!(state(&r), State::Running);
             // The same process id, reused by a later process.
-            r.process = Some(Process { started: process.started + 1, ..process.clone() });
+            r.process = Some(Process { started: process.started + 1, ..process });
             assert_eq!(state(&r), State::Killed);
-            r.process = Some(Process { host: "elsewhere".into(), ..process });
-            assert_eq!(state(&r), State::Elsewhere);
         }
         r.verdict = Verdict::NotConverged;
         assert_eq!(state(&r), State::NotConverged);
+    }
+
+    #[test]
+    fn a_run_on_another_host_is_judged_from_its_lock() {
+        let folder = tempfile::tempdir().unwrap();
+        let there = Process { id: 7, started: 1, host: "there 0-0 pid:[1]".into() };
+        let mut r = record();
+        r.process = Some(there.clone());
+        r.write(&folder.path().join("run.json")).unwrap();
+        assert_eq!(status(folder.path()).unwrap().state, State::Killed, "no lock");
+        let path = lock::file_in(folder.path());
+        let locked_by = |process: &Process, age_s: u64| {
+            std::fs::write(&path, serde_json::to_vec(process).unwrap()).unwrap();
+            let file = std::fs::File::options().write(true).open(&path).unwrap();
+            file.set_modified(SystemTime::now() - std::time::Duration::from_secs(age_s)).unwrap();
+            status(folder.path()).unwrap()
+        };
+        let running = locked_by(&there, 105);
+        assert_eq!((running.state, running.host.as_deref()), (State::Running, Some("there")));
+        assert!(running.heartbeat_s.unwrap() >= 100.0);
+        let text = running.to_string();
+        assert!(text.contains(": running on there (last heartbeat 1:4"), "{text}");
+        let killed = locked_by(&there, 400);
+        assert_eq!(killed.state, State::Killed);
+        let text = killed.to_string();
+        assert!(text.contains(": killed: its process on there has ended"), "{text}");
+        let other = Process { id: 8, ..there.clone() };
+        assert_eq!(locked_by(&other, 1).state, State::Killed);
+        // A process without heartbeat.
+        let old = Process { host: "there 0-0".into(), ..there };
+        r.process = Some(old.clone());
+        r.write(&folder.path().join("run.json")).unwrap();
+        let unknown = locked_by(&old, 400);
+        assert_eq!(unknown.state, State::Elsewhere);
+        assert!(unknown.to_string().contains("its process on there cannot be checked"));
     }
 
     #[test]

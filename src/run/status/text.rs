@@ -3,6 +3,7 @@
 use std::fmt::{self, Write as _};
 
 use super::{State, Status};
+use crate::run::lock::HEARTBEAT_EXPIRY;
 use crate::run::progress_line::HEADER;
 
 /// Lines below the name of a run.
@@ -16,7 +17,7 @@ impl Lines {
 
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut lines = Lines(format!("{}: {}", self.name, self.state.text()));
+        let mut lines = Lines(format!("{}: {}", self.name, self.state_text()));
         self.push_faults(&mut lines);
         self.push_progress(&mut lines);
         self.push_tools(&mut lines);
@@ -32,6 +33,29 @@ impl fmt::Display for Status {
 }
 
 impl Status {
+    /// The state, and the host of the process if it is another one.
+    fn state_text(&self) -> String {
+        let process = self.host.as_ref().map_or_else(String::new, |host| format!(" on {host}"));
+        match (self.state, &self.host) {
+            (State::Running, Some(host)) => match self.heartbeat_s {
+                Some(age) => format!("running on {host} (last heartbeat {} ago)", clock(age)),
+                None => format!("running on {host}"),
+            },
+            (State::Running, None) => "running".into(),
+            (State::Finished, _) => "finished".into(),
+            (State::NotConverged, _) => "not converged".into(),
+            (State::Stopped, _) => "stopped".into(),
+            (State::Killed, None) => "killed: its process is gone".into(),
+            (State::Killed, Some(host)) => format!(
+                "killed: its process on {host} has ended, or has had no heartbeat for {} minutes",
+                HEARTBEAT_EXPIRY.as_secs() / 60
+            ),
+            (State::Elsewhere, _) => format!(
+                "running at its last update; its process{process} cannot be checked from here"
+            ),
+        }
+    }
+
     /// The message of a run that ended early, and the doubts.
     fn push_faults(&self, lines: &mut Lines) {
         if let Some(message) = &self.message {

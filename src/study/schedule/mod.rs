@@ -20,7 +20,7 @@ use super::runner::{EngineError, Runner};
 use super::states::{Entry, State, States};
 use crate::cancel::Cancel;
 use crate::report::record::RunRecord;
-use crate::run::lock::{self, Attempt, Lock};
+use crate::run::lock::{self, Attempt, Lock, Lost};
 
 /// Submissions of a case without progress before it counts as failed, if nothing else is asked.
 pub const MAX_TRIES: usize = 3;
@@ -39,6 +39,8 @@ pub struct Execution<'a> {
     pub again: bool,
     /// Run cases again whose runs are of other inputs or of another build.
     pub renew: bool,
+    /// Exclusive use of the folder.
+    pub lock: &'a Lock,
     /// States of the cases before.
     pub before: &'a States,
     /// Submit and return.
@@ -62,17 +64,15 @@ pub fn execute<'a>(
     schedule.run()
 }
 
-/// Exclusive use of a study's folder until the lock is dropped.
+/// Exclusive use of a study's folder until the lock is dropped; with `break_lock` also from a study that is not known to be
+/// alive on this host.
 ///
 /// # Errors
 /// [`StudyError::Busy`] when another study uses the folder, [`StudyError::Write`].
-pub fn lock(folder: &Path) -> Result<Lock, StudyError> {
-    match lock::take(&folder.join("study.lock"))? {
+pub fn lock(folder: &Path, break_lock: bool) -> Result<Lock, StudyError> {
+    match lock::take(&folder.join("study.lock"), break_lock)? {
         Attempt::Acquired(lock) => Ok(lock),
-        Attempt::HeldByOther(process) => {
-            let who = lock::process_text(process.as_ref());
-            Err(StudyError::Busy { folder: folder.into(), who })
-        }
+        Attempt::HeldByOther(holder) => Err(StudyError::Busy { folder: folder.into(), holder }),
     }
 }
 
@@ -293,7 +293,7 @@ impl<'a, 'b> Schedule<'a, 'b> {
 
     fn write(&self) -> Result<(), StudyError> {
         if self.how.runner.outlives() {
-            return write(&self.jobs, self.how.runner.name(), self.how.folder);
+            return write(&self.jobs, self.how.lock, self.how.runner.name(), self.how.folder);
         }
         Ok(())
     }
@@ -307,7 +307,12 @@ fn increments(study: &Path, case: &Case) -> usize {
 }
 
 /// Writes the tickets of all jobs; those of cases outside the schedule are kept.
-fn write(jobs: &[Job<'_>], runner: &str, folder: &Path) -> Result<(), StudyError> {
+///
+/// # Errors
+/// [`StudyError::LockLost`] when another study has taken the folder, [`StudyError::Write`].
+fn write(jobs: &[Job<'_>], lock: &Lock, runner: &str, folder: &Path) -> Result<(), StudyError> {
+    let lost = |lost: Lost| StudyError::LockLost { folder: folder.into(), found: lost.found };
+    lock.check().map_err(lost)?;
     let mut tickets = Tickets::read(folder);
     tickets.runner = runner.to_owned();
     for job in jobs {

@@ -4,8 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use super::{Job, Phase, Schedule, increments, write};
-use crate::run::lock;
-use crate::run::resources::alive;
+use crate::run::lock::{self, Place};
 use crate::study::StudyError;
 use crate::study::case::Case;
 use crate::study::groups::groups;
@@ -14,6 +13,9 @@ use crate::study::outcome;
 use crate::study::runner::process::request_stop;
 use crate::study::runner::tickets::{Submission, Ticket};
 use crate::study::states::{State, entry};
+
+/// Mark of a case whose folder another process uses.
+const WAITED_FOR: &str = "waited for";
 
 impl Schedule<'_, '_> {
     /// Submits the cases that are ready. True if any were.
@@ -52,7 +54,8 @@ impl Schedule<'_, '_> {
             }
         }
         let before = Before::of(self);
-        let (folder, jobs, runner) = (self.how.folder, &mut self.jobs, &mut *self.how.runner);
+        let (folder, lock) = (self.how.folder, self.how.lock);
+        let (jobs, runner) = (&mut self.jobs, &mut *self.how.runner);
         let name = runner.name();
         let keeps = runner.outlives();
         let mut record = |tickets: &[Ticket]| {
@@ -61,7 +64,7 @@ impl Schedule<'_, '_> {
                     before.note(job, ticket);
                 }
             }
-            if keeps { write(jobs, name, folder) } else { Ok(()) }
+            if keeps { write(jobs, lock, name, folder) } else { Ok(()) }
         };
         let submitted = runner.submit(&groups, &after, &mut record);
         let count = self.answer(submitted)?.map_or(0, |tickets| tickets.len());
@@ -82,22 +85,27 @@ impl Schedule<'_, '_> {
             return false;
         }
         let run = folder_of(self.how.folder, &job.case.id).join("run");
-        let Some(holder) = lock::holder(&lock::file_in(&run)) else {
+        // A lock that cannot be read is an error of the run, which names it.
+        let Some(holder) = lock::holder(&lock::file_in(&run)).unwrap_or(None) else {
             return self.is_still_open(k);
         };
         let id = job.case.id.clone();
-        let who = lock::process_text(holder.as_ref());
-        if let Some(process) = holder.filter(|p| !ordered && alive(p) == Some(true)) {
-            if self.asked.insert(id.clone(), process.id) != Some(process.id) {
-                (self.say)(&format!(
-                    "{id}: {who} still works in its folder: asked to end, waited for"
-                ));
-                // A process that cannot be asked is waited for as well.
-                let _ = request_stop(process.id);
+        let process = holder.process.as_ref().map(|process| process.id);
+        match process.filter(|_| !ordered && holder.place == Place::Here) {
+            Some(process) => {
+                if self.asked.insert(id.clone(), process) != Some(process) {
+                    let text = "still works in its folder: asked to end, waited for";
+                    (self.say)(&format!("{id}: {holder} {text}"));
+                    // A process that cannot be asked is waited for as well.
+                    let _ = request_stop(process);
+                }
             }
-        } else if self.jobs[k].told != who {
-            (self.say)(&format!("{id}: {who} works in its folder, waited for"));
-            self.jobs[k].told = who;
+            None if self.jobs[k].told != WAITED_FOR => {
+                let remedy = holder.remedy();
+                (self.say)(&format!("{id}: {holder} works in its folder, waited for; {remedy}"));
+                self.jobs[k].told = WAITED_FOR.into();
+            }
+            None => {}
         }
         false
     }

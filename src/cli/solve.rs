@@ -6,7 +6,7 @@ use clap::{Parser, Subcommand};
 
 use super::exit::{EXIT_HELP, finish};
 use super::threads::use_threads;
-use super::{check, run, status, stop};
+use super::{check, report, run, status, stop};
 
 /// Forms a sheet against rigid tools with an implicit finite-element solver.
 #[derive(Debug, Parser)]
@@ -27,6 +27,8 @@ enum Command {
     Run(run::RunArgs),
     /// Show the state of a run: increment, travels, forces, checkpoint, how to continue
     Status(status::StatusArgs),
+    /// Write report.html of a run that has ended, from its files
+    Report(report::ReportArgs),
 }
 
 /// Runs the program with the arguments of the process.
@@ -41,6 +43,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Status(args) => status::run(&args),
+        Command::Report(args) => report::run(&args),
     })
 }
 

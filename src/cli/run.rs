@@ -70,9 +70,7 @@ pub struct RunArgs {
 /// When `report.html` is written.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum When {
-    /// At the end of every run
     Always,
-    /// When the solver does not converge
     Failed,
 }
 

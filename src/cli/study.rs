@@ -20,7 +20,7 @@ use crate::study::execute::{Execution, Manifest, State, execute};
 use crate::study::file::Study;
 use crate::study::follow::with_leaders;
 use crate::study::patches::{self, PatchStudy};
-use crate::study::read::{Description, read};
+use crate::study::read::{Description, read, table_file};
 use crate::study::stability;
 
 /// Arguments of `study`.
@@ -91,7 +91,12 @@ pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
     let outputs = written.each_ref().map(|path| ("--output, for", Some(path.as_path())));
     refuse_clashes(&[&args.file], &outputs)?;
     match read(&args.file)? {
-        Description::Forming(study) => forming(args, &study),
+        Description::Forming(study) => {
+            if let Some(table) = table_file(&study, &args.file) {
+                refuse_clashes(&[&table], &outputs)?;
+            }
+            forming(args, &study)
+        }
         Description::Stability(study) => {
             only_of_forming(args, "kanagata-stability")?;
             std::fs::create_dir_all(&args.output).map_err(folder(&args.output))?;

@@ -1,7 +1,7 @@
 //! Studies: variants of a scene that are run, kept, continued and compared.
 //!
 //! - [`file`]: the study file; [`mod@read`] reads it, `validate` checks it
-//! - [`cases`]: a scene for every combination of the choices
+//! - [`cases`]: a scene for every combination of the choices, or for every row of the table ([`table_cases`])
 //! - [`execute`]: runs the cases that are not done; [`follow`]: their order; [`manifest`]: their state
 //! - [`mod@collect`]: compares their records; [`checks`]: expected results; [`mod@metrics`]: results of one run
 
@@ -21,6 +21,8 @@ pub mod patches;
 mod process;
 pub mod read;
 pub mod stability;
+pub mod table_cases;
+mod table_check;
 mod validate;
 
 use std::path::PathBuf;

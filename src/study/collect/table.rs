@@ -61,11 +61,10 @@ const COLUMNS: [Column; 41] = [
     ("reason", |r| r.reason.clone().unwrap_or_default()),
 ];
 
-/// Header and rows: case, its options, and the results of its run.
+/// Header and rows: case, its options or the values of its row, and the results of its run.
 pub(super) fn table(study: &Study, rows: &[Row<'_>]) -> (Vec<String>, Vec<Vec<String>>) {
-    let choices = study.choices.iter().map(|c| c.name.clone());
     let head = std::iter::once("case".to_owned())
-        .chain(choices)
+        .chain(study.varied())
         .chain(COLUMNS.map(|(name, _)| name.to_owned()))
         .collect();
     let cells = |row: &Row<'_>| {

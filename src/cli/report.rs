@@ -9,8 +9,8 @@ use crate::run::report::{ReportError, WrittenPage, write_from_files};
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Examples:\n  kanagata-solve report out/demo\n  kanagata report out/study/cases/St-85\n\n\
-    The page is made of run.json, history.csv, steps/*.vtu and the scene of the run. Notes name what it lacks if the\n\
-    scene or a file it names has changed, or steps/last.vtu is missing.\n\n{EXIT_HELP}"))]
+    The page is made of run.json, history.csv, steps/*.vtu and the scene of the run. Notes name the\n\
+    parts that it lacks if the scene or a file it names has changed or steps/last.vtu is missing.\n\n{EXIT_HELP}"))]
 pub struct ReportArgs {
     /// Folder of a run (`run -o`), or of a case of a study
     folder: PathBuf,

@@ -6,7 +6,7 @@ use clap::{Parser, Subcommand};
 
 use super::exit::{EXIT_HELP, finish};
 use super::threads::use_threads;
-use super::{audit, convert, inspect, material, mesh, stop, study};
+use super::{audit, convert, inspect, material, mesh, report, stop, study};
 
 /// Turns the CAD of a forming die into smooth, audited tool models.
 #[derive(Debug, Parser)]
@@ -31,6 +31,8 @@ enum Command {
     Audit(audit::AuditArgs),
     /// Run the cases of a study and compare them
     Study(study::StudyArgs),
+    /// Write report.html of a case or another run that has ended, from its files
+    Report(report::ReportArgs),
     /// List and show the sheet materials of the solver
     Material(material::MaterialArgs),
 }
@@ -49,6 +51,7 @@ pub fn main() -> ExitCode {
         Command::Convert(args) => convert::run(&args),
         Command::Audit(args) => audit::run(&args),
         Command::Study(args) => study::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Material(args) => material::run(&args),
     })
 }

@@ -8,7 +8,7 @@ use super::run::stop_with_input;
 use super::stop;
 use super::terminal::{err, out};
 use crate::report::record::RunRecord;
-use crate::run::RunOptions;
+use crate::run::{RunOptions, WriteReport};
 use crate::study::outcome;
 use crate::study::run_case::{CaseEnd, CaseError, run_case};
 
@@ -75,7 +75,8 @@ pub fn run(args: &CaseArgs) -> Result<Exit, Failure> {
 /// Runs a case and leaves its outcome in its folder.
 fn one(folder: &Path, args: &CaseArgs) -> Result<(), Failure> {
     let (stop, break_lock) = (stop::request().clone(), args.break_lock);
-    let options = RunOptions { stop, break_lock, ..RunOptions::default() };
+    let report = WriteReport::NotConverged;
+    let options = RunOptions { stop, break_lock, report, ..RunOptions::default() };
     let ended = run_case(folder, args.again, options, &mut |_| {});
     match ended.map_err(Failure::from) {
         Ok(end) => {

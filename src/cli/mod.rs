@@ -16,6 +16,7 @@ mod output_clash;
 pub mod quantity;
 mod read;
 mod remedy;
+pub mod report;
 pub mod run;
 pub mod run_summary;
 mod skip;

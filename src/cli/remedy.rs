@@ -11,6 +11,7 @@ use crate::convert::reach::ReachError;
 use crate::convert::tolerance::ToleranceError;
 use crate::mesh::MeshError;
 use crate::run::lock::Holder;
+use crate::run::report::ReportError;
 use crate::run::restart::Restart;
 use crate::run::status::StatusError;
 use crate::run::{CheckpointError, RunError};
@@ -48,8 +49,14 @@ fn of_one(error: &(dyn Error + 'static)) -> Option<String> {
         let of_status = || error.downcast_ref().and_then(of_status);
         let of_study = || error.downcast_ref().and_then(of_study);
         let of_case = || error.downcast_ref().and_then(of_case);
+        let of_report = || error.downcast_ref().and_then(of_report);
         let of_run = error.downcast_ref().and_then(of_run).or_else(of_case);
-        of_run.or_else(of_scene).or_else(of_solver).or_else(of_status).or_else(of_study)
+        of_run
+            .or_else(of_scene)
+            .or_else(of_solver)
+            .or_else(of_status)
+            .or_else(of_study)
+            .or_else(of_report)
     };
     of_cad().or_else(of_tool).or_else(of_run)
 }
@@ -208,6 +215,18 @@ fn of_busy(holder: &Holder) -> String {
 fn of_status(error: &StatusError) -> Option<String> {
     let is_absent = matches!(error, StatusError::Io { .. });
     is_absent.then(|| "the folder given to `kanagata-solve run` with -o".into())
+}
+
+fn of_report(error: &ReportError) -> Option<String> {
+    match error {
+        ReportError::NoRun { .. } => Some(
+            "the folder given to `kanagata-solve run` with -o, or cases/NAME of a study".into(),
+        ),
+        ReportError::Running { .. } => {
+            Some("`kanagata-solve status DIR` shows how far the run is".into())
+        }
+        _ => None,
+    }
 }
 
 fn of_study(error: &StudyError) -> Option<String> {

@@ -12,7 +12,7 @@ use super::terminal::{err, out, put};
 use crate::report::record::RunRecord;
 use crate::run::folder::row;
 use crate::run::progress_line::{HEADER, json_line, line};
-use crate::run::{Progress, RunError, RunOptions, completed};
+use crate::run::{Progress, RunError, RunOptions, WriteReport, completed};
 use crate::scene::read::read_with;
 use crate::scene::set_value::SetValue;
 use crate::scene::{Plan, SceneError};
@@ -49,6 +49,10 @@ pub struct RunArgs {
     /// Exclude what does not change results (tool patches that the sheet cannot touch); run.json lists them
     #[arg(long)]
     auto: bool,
+    /// When to write report.html (4.7 MB): at the end of every run, or only when the solver does not converge; `report
+    /// DIR` writes it later
+    #[arg(long, value_name = "WHEN", value_enum, default_value_t = When::Always)]
+    report: When,
     /// Stop with a checkpoint when standard input ends: the run does not outlive the program that started it
     #[arg(long)]
     tied: bool,
@@ -64,6 +68,22 @@ pub struct RunArgs {
     /// One line of JSON per increment instead of the bar, and run.json in one line at the end
     #[arg(long, conflicts_with = "quiet")]
     json: bool,
+}
+
+/// When `report.html` is written.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum When {
+    Always,
+    Failed,
+}
+
+impl From<When> for WriteReport {
+    fn from(when: When) -> Self {
+        match when {
+            When::Always => Self::Always,
+            When::Failed => Self::NotConverged,
+        }
+    }
 }
 
 impl From<RunError> for Failure {
@@ -133,6 +153,7 @@ fn solve(args: &RunArgs, plan: &Plan) -> Result<RunRecord, RunError> {
         notify: (!args.quiet).then_some(&tell as &dyn Fn(&str)),
         auto: args.auto,
         break_lock: args.break_lock,
+        report: args.report.into(),
         stop: stop::request().clone(),
     };
     if args.lines {

@@ -6,7 +6,7 @@ use clap::{Parser, Subcommand};
 
 use super::exit::{EXIT_HELP, finish};
 use super::threads::use_threads;
-use super::{case, check, run, status, stop};
+use super::{case, check, report, run, status, stop};
 
 /// Forms a sheet against rigid tools with an implicit finite-element solver.
 #[derive(Debug, Parser)]
@@ -29,6 +29,8 @@ enum Command {
     Case(case::CaseArgs),
     /// Show the state of a run: increment, travels, forces, checkpoint, how to continue
     Status(status::StatusArgs),
+    /// Write report.html of a run that has ended, from its files
+    Report(report::ReportArgs),
 }
 
 /// Runs the program with the arguments of the process.
@@ -44,6 +46,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Case(args) => case::run(&args),
         Command::Status(args) => status::run(&args),
+        Command::Report(args) => report::run(&args),
     })
 }
 

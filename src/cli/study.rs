@@ -13,7 +13,7 @@ use super::study_status;
 use super::terminal::out;
 use crate::study::StudyError;
 use crate::study::patches::{self, PatchStudy};
-use crate::study::read::{Description, read};
+use crate::study::read::{Description, read, table_file};
 use crate::study::stability;
 
 /// Arguments of `study`.
@@ -123,7 +123,12 @@ pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
     let outputs = written.each_ref().map(|path| ("--output, for", Some(path.as_path())));
     refuse_clashes(&[&args.file], &outputs)?;
     match read(&args.file)? {
-        Description::Forming(study) => forming(args, &study),
+        Description::Forming(study) => {
+            if let Some(table) = table_file(&study, &args.file) {
+                refuse_clashes(&[&table], &outputs)?;
+            }
+            forming(args, &study)
+        }
         Description::Stability(study) => {
             only_of_forming(args, "kanagata-stability")?;
             std::fs::create_dir_all(output).map_err(folder(output))?;

@@ -36,30 +36,46 @@ pub fn unquoted(written: &str) -> String {
 /// Rows of a table. Line breaks within quotes do not end a row.
 #[must_use]
 pub fn rows(text: &str) -> Vec<&str> {
-    split(text, '\n').into_iter().map(|row| row.strip_suffix('\r').unwrap_or(row)).collect()
+    first_rows(text, usize::MAX)
+}
+
+/// The first `count` rows of a table.
+#[must_use]
+pub fn first_rows(text: &str, count: usize) -> Vec<&str> {
+    let rows = split(text, '\n', count).into_iter();
+    rows.map(|row| row.strip_suffix('\r').unwrap_or(row)).collect()
 }
 
 /// Cells of a row.
 #[must_use]
 pub fn cells(row: &str) -> Vec<String> {
-    let mut cells: Vec<String> = split(row, ',').into_iter().map(unquoted).collect();
-    if row.ends_with(',') {
+    first_cells(row, usize::MAX)
+}
+
+/// The first `count` cells of a row.
+#[must_use]
+pub fn first_cells(row: &str, count: usize) -> Vec<String> {
+    let mut cells: Vec<String> = split(row, ',', count).into_iter().map(unquoted).collect();
+    if row.ends_with(',') && cells.len() < count {
         cells.push(String::new());
     }
     cells
 }
 
-/// Parts between separators outside quotes; an empty part after the last separator is dropped.
-fn split(text: &str, separator: char) -> Vec<&str> {
+/// The first `count` parts between separators outside quotes; an empty part after the last separator is dropped.
+fn split(text: &str, separator: char, count: usize) -> Vec<&str> {
     let (mut parts, mut start, mut within) = (Vec::new(), 0, false);
     for (at, c) in text.char_indices() {
+        if parts.len() >= count {
+            return parts;
+        }
         within ^= c == '"';
         if c == separator && !within {
             parts.push(&text[start..at]);
             start = at + 1;
         }
     }
-    if start < text.len() {
+    if start < text.len() && parts.len() < count {
         parts.push(&text[start..]);
     }
     parts
@@ -91,5 +107,8 @@ mod tests {
         // CRLF line ends, and a last line without line end.
         assert_eq!(rows("a,b\r\n1,2"), ["a,b", "1,2"]);
         assert_eq!(cells("1,,\"x\""), ["1", "", "x"]);
+        // A limited number of rows and cells.
+        assert_eq!(first_rows("a\n\"b\nc\"\nd\n", 2), ["a", "\"b\nc\""]);
+        assert_eq!((first_cells("1,2,", 2), first_cells(",,", 9).len()), (cells("1,2"), 3));
     }
 }

@@ -56,6 +56,31 @@ pub struct Progress<'a> {
     pub elapsed_s: f64,
 }
 
+/// When a run writes `report.html`, most of which is the plotting script. Without it the page can be written later from
+/// the files of the run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum WriteReport {
+    /// At the end of every run, unless it was stopped.
+    #[default]
+    Always,
+    /// Only when the solver does not converge.
+    NotConverged,
+    /// Never.
+    Never,
+}
+
+impl WriteReport {
+    /// Whether the page of a run with this verdict is written.
+    #[cfg(feature = "pages")]
+    fn applies(self, verdict: Verdict) -> bool {
+        match self {
+            Self::Always => verdict != Verdict::Stopped,
+            Self::NotConverged => verdict == Verdict::NotConverged,
+            Self::Never => false,
+        }
+    }
+}
+
 /// Options of a run.
 #[derive(Default, Clone)]
 pub struct RunOptions<'a> {
@@ -69,6 +94,8 @@ pub struct RunOptions<'a> {
     pub auto: bool,
     /// Take the folder from a run that is not known to be alive on this host. That run ends at its next increment.
     pub break_lock: bool,
+    /// When `report.html` is written; it needs the feature `pages`.
+    pub report: WriteReport,
     /// Stop request: abort the current increment, save a checkpoint of the last one and stop.
     pub stop: Cancel,
 }
@@ -350,7 +377,9 @@ impl Run<'_> {
             drop(section);
             self.check_lock()?;
             #[cfg(feature = "pages")]
-            report::write(folder, self.plan, simulation)?;
+            if self.options.report.applies(verdict) {
+                report::write(folder, self.plan, simulation)?;
+            }
         }
         outcome.map_err(|cause| RunError::Solver {
             cause: Box::new(cause),

@@ -14,6 +14,9 @@ pub struct Springback {
     force_n: f64,
     /// Elastic energy, of the whole process [N mm].
     elastic_nmm: f64,
+    /// Its increment; `None` in checkpoints of older programs.
+    #[serde(default)]
+    increment: Option<usize>,
 }
 
 impl Springback {
@@ -29,6 +32,7 @@ impl Springback {
             self.held = report.displacements.to_vec();
             self.force_n = report.tools.iter().map(|t| t.force.abs()).sum();
             self.elastic_nmm = report.energies.elastic;
+            self.increment = Some(report.increment);
             return None;
         }
         let moved = report.displacements.chunks_exact(3).zip(self.held.chunks_exact(3));
@@ -42,6 +46,7 @@ impl Springback {
             rms_mm: (sum / count).sqrt(),
             force_n: self.force_n,
             energy_nmm: self.elastic_nmm - report.energies.elastic,
+            from_increment: self.increment,
         })
     }
 }
@@ -112,6 +117,7 @@ mod tests {
         let there = [1.0, 4.0, 5.0, 1.0, 1.0, 1.0];
         let found = springback.update(&report(true, &there, 2.0)).unwrap();
         assert_eq!([found.largest_mm, found.force_n, found.energy_nmm], [5.0, 40.0, 3.0]);
+        assert_eq!(found.from_increment, Some(1));
         assert!((found.rms_mm - 12.5_f64.sqrt()).abs() < 1e-15);
         // Moved further while free: measured from the same state. Formed and released again: measured from the last
         // equilibrium with tools.

@@ -37,8 +37,7 @@ impl FromStr for SetValue {
         let (path, value) = split(text).ok_or_else(|| {
             format!("found {text:?}; allowed: PATH=VALUE, such as tools.die.friction=0.08")
         })?;
-        let value = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.into()));
-        Ok(Self { text: text.into(), path: steps(path)?, value })
+        Self::new(path, value)
     }
 }
 
@@ -82,6 +81,21 @@ fn steps(path: &str) -> Result<Vec<String>, String> {
 }
 
 impl SetValue {
+    /// The assignment of a value, which is JSON or else a text.
+    ///
+    /// # Errors
+    /// What is wrong with the path.
+    pub fn new(path: &str, value: &str) -> Result<Self, String> {
+        let json = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.into()));
+        Ok(Self { text: format!("{path}={value}"), path: steps(path)?, value: json })
+    }
+
+    /// The value.
+    #[must_use]
+    pub fn value(&self) -> &Value {
+        &self.value
+    }
+
     /// Sets the value in a scene.
     ///
     /// # Errors

@@ -1,24 +1,20 @@
-//! The cases of a study: a scene for every combination of its choices.
+//! The cases of a study: a scene for every combination of its choices, or for every row of its table.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::case::Case;
+use super::case::{CASES_MAX, Case};
 use super::file::{Choice, Study};
 use super::follow;
 use super::inputs::{folder_of, relative};
+use super::table_cases::TableRow;
 use crate::scene::read::is_path;
 
-/// Largest number of cases.
-pub(super) const CASES_MAX: usize = 10_000;
 /// Largest number of choices; more than 13 of two options each make too many cases. Twice the value would double the
 /// memory for the lists of options of all cases.
 pub(super) const CHOICES_MAX: usize = 32;
-/// Largest length of the name of a choice or an option. Names are inserted into texts of the scene, and the options of a
-/// case name its folder. Twice the value would double the length of a scene made of placeholders only.
-pub(super) const NAME_MAX: usize = 64;
 
 /// Base folders of the files that a study's scene names.
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +32,7 @@ pub fn from_case(study: &Path, to: &Path) -> PathBuf {
     relative(&folder_of(study, "case"), to)
 }
 
-/// The cases of `study`; the last choice varies fastest. At most 10,000 are returned.
+/// The cases of `study` in the order of its table; of choices, the last one varies fastest. At most 10,000 are returned.
 #[must_use]
 pub fn cases(study: &Study, roots: &Roots<'_>, quick: bool) -> Vec<Case> {
     each_case(study, *roots, quick).collect()
@@ -48,11 +44,23 @@ pub(super) fn each_case<'a>(
     roots: Roots<'a>,
     quick: bool,
 ) -> impl Iterator<Item = Case> + 'a {
+    let base = base_scene(study, quick);
+    let base_of_rows = base.clone();
+    let of_choices =
+        combinations(study).into_iter().map(move |taken| case(study, &base, &roots, &taken));
+    let of_rows = table_rows(study)
+        .iter()
+        .map(move |row| case_of_row(study, &base_of_rows, &roots, row, None));
+    of_choices.chain(of_rows)
+}
+
+/// The base scene, with the changes of a coarse trial run if `quick`.
+pub(super) fn base_scene(study: &Study, quick: bool) -> Value {
     let mut base = study.scene.clone();
     if let (true, Some(change)) = (quick, &study.quick) {
         merge(&mut base, change);
     }
-    combinations(study).into_iter().map(move |taken| case(study, &base, &roots, &taken))
+    base
 }
 
 /// Names of the cases in order.
@@ -62,11 +70,20 @@ pub fn ids(study: &Study) -> Vec<String> {
     let id = |taken: Vec<usize>| {
         study.choices.iter().zip(&taken).map(name).collect::<Vec<_>>().join("_")
     };
-    combinations(study).into_iter().map(id).collect()
+    let of_rows = table_rows(study).iter().map(|row| row.case.clone());
+    combinations(study).into_iter().map(id).chain(of_rows).collect()
 }
 
-/// Option indices of every case.
+/// Rows of the table; none without one.
+fn table_rows(study: &Study) -> &[TableRow] {
+    study.rows.as_ref().map_or(&[], |table| &table.rows)
+}
+
+/// Option indices of every case; none with a table.
 fn combinations(study: &Study) -> Vec<Vec<usize>> {
+    if study.table.is_some() {
+        return Vec::new();
+    }
     let mut out = vec![Vec::new()];
     for choice in &study.choices {
         out = out
@@ -93,6 +110,40 @@ fn case(study: &Study, base: &Value, roots: &Roots<'_>, taken: &[usize]) -> Case
     for (choice, option) in study.choices.iter().zip(&options) {
         replace_mark(&mut scene, &format!("{{{}}}", choice.name), option);
     }
+    let title = options.join(", ");
+    complete(study, roots, scene, [options.join("_"), title], options)
+}
+
+/// The case of a row of the table, with the column `without` left out. Values that cannot be set are left out too; the check
+/// of the study refuses them.
+pub(super) fn case_of_row(
+    study: &Study,
+    base: &Value,
+    roots: &Roots<'_>,
+    row: &TableRow,
+    without: Option<usize>,
+) -> Case {
+    let mut scene = base.clone();
+    for (k, set) in row.values.iter().enumerate() {
+        if let Some(set) = set.as_ref().filter(|_| without != Some(k)) {
+            let _ = set.apply(&mut scene);
+        }
+    }
+    replace_mark(&mut scene, CASE_MARK, &row.case);
+    complete(study, roots, scene, [row.case.clone(), row.case.clone()], row.cells.clone())
+}
+
+/// Placeholder of the name of a case of a table.
+pub(super) const CASE_MARK: &str = "{case}";
+
+/// The case of a scene with its values: paths of files, followed case and name are set.
+fn complete(
+    study: &Study,
+    roots: &Roots<'_>,
+    mut scene: Value,
+    [id, title]: [String; 2],
+    options: Vec<String>,
+) -> Case {
     for tool in scene.get_mut("tools").and_then(Value::as_array_mut).into_iter().flatten() {
         put_under(roots.tools, tool.get_mut("file"));
     }
@@ -102,7 +153,6 @@ fn case(study: &Study, base: &Value, roots: &Roots<'_>, taken: &[usize]) -> Case
     if scene.get("material").and_then(Value::as_str).is_some_and(is_path) {
         put_under(roots.own, scene.get_mut("material"));
     }
-    let id = options.join("_");
     let follows = follow::of(study, &id).map(str::to_owned);
     if let Some(other) = &follows {
         let history = follow::history_of(other);
@@ -113,7 +163,7 @@ fn case(study: &Study, base: &Value, roots: &Roots<'_>, taken: &[usize]) -> Case
             put(solver, "increments_of", history.into());
         }
     }
-    put(&mut scene, "name", format!("{}: {}", study.name, options.join(", ")).into());
+    put(&mut scene, "name", format!("{}: {title}", study.name).into());
     Case { id, options, follows, scene }
 }
 

@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::checks::Check;
+use super::table_cases::CaseTable;
 
-/// Variants of a scene: every combination of the choices is a case.
+/// Variants of a scene: every combination of the choices is a case, or every row of a table.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
@@ -16,17 +17,26 @@ pub struct Study {
     pub version: u32,
     /// Name, for reports.
     pub name: String,
-    /// The base scene. `{NAME}` in a string is replaced by the option of the choice NAME. Tool files are relative to the
-    /// folder given with `--tools`, a mesh of the blank and a history to the study.
+    /// The base scene. `{NAME}` in a string is replaced by the option of the choice NAME; with a table, `{case}` by the name
+    /// of the case. Tool files are relative to the folder given with `--tools`, a mesh of the blank and a history to the
+    /// study.
     pub scene: Value,
-    /// The varied quantities.
+    /// The varied quantities. Exactly one of `choices` and `table` is given.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<Choice>,
+    /// A CSV file with a case in each row, relative to the study. The first column, `case`, is the name of the case. The
+    /// head of every other column is the path of a value of the scene, as in `run --set`; empty cells change nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<String>,
+    /// Content of the table; `None` until it is read.
+    #[serde(skip)]
+    pub rows: Option<CaseTable>,
     /// Changes for a coarse trial run (`--quick`).
     #[serde(default)]
     pub quick: Option<Value>,
     /// Tool whose force and travel are plotted.
     pub watch: String,
-    /// Reference case: its options in the order of the choices, joined by `_`.
+    /// Reference case: its options in the order of the choices, joined by `_`, or its name in the table.
     #[serde(default)]
     pub reference: Option<String>,
     /// Cases that follow the increments of another case.
@@ -53,6 +63,17 @@ pub struct SlurmOptions {
     /// Other options of `sbatch`, with their dashes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub options: Vec<String>,
+}
+
+impl Study {
+    /// Names of what the cases vary: the choices, or the columns of the table.
+    #[must_use]
+    pub fn varied(&self) -> Vec<String> {
+        match &self.rows {
+            Some(table) => table.columns.clone(),
+            None => self.choices.iter().map(|choice| choice.name.clone()).collect(),
+        }
+    }
 }
 
 /// Cases whose increments end where those of another case ended (`solver.increments_of` of a scene). They then differ

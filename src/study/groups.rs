@@ -45,3 +45,42 @@ pub(super) fn groups(cases: &[&Case], study: &Path, task_s: f64) -> Vec<Group> {
     }
     groups
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::case_file::Expected;
+    use crate::study::proof::Inputs;
+
+    #[test]
+    fn short_cases_share_a_task_until_it_is_long_enough() {
+        let folder = tempfile::tempdir().unwrap();
+        let study = folder.path();
+        let case = |id: &str| Case {
+            id: id.into(),
+            options: Vec::new(),
+            follows: None,
+            scene: serde_json::Value::Null,
+        };
+        let cases: Vec<Case> = ["a", "b", "c", "d", "e"].map(case).into();
+        let put = |id: &str, seconds: Option<[f64; 2]>, memory_mb: f64| {
+            let own = folder_of(study, id);
+            std::fs::create_dir_all(&own).unwrap();
+            let mut file = CaseFile::new(id, None, Inputs::new(), 2);
+            file.expected = seconds.map(|seconds| Expected { unknowns: 1, memory_mb, seconds });
+            file.write(&own).unwrap();
+        };
+        put("a", Some([200.0, 400.0]), 50.0);
+        put("b", Some([150.0, 300.0]), 90.0);
+        put("c", Some([10.0, 20.0]), 10.0);
+        put("d", None, 0.0);
+        put("e", Some([500.0, 900.0]), 20.0);
+        let all: Vec<&Case> = cases.iter().collect();
+        let found = groups(&all, study, 300.0);
+        let names: Vec<String> = found.iter().map(|group| group.cases.join("+")).collect();
+        assert_eq!(names, ["a+b", "c", "d", "e"]);
+        assert_eq!((found[0].memory_mb, found[0].seconds), (Some(90.0), Some(700.0)));
+        assert_eq!((found[2].memory_mb, found[2].seconds), (None, None));
+        assert_eq!(groups(&all, study, 0.0).len(), 5);
+    }
+}

@@ -1,7 +1,7 @@
 //! Studies: variants of a scene that are run, kept, continued and compared.
 //!
 //! - [`file`]: the study file; [`mod@read`] reads it, `validate` checks it
-//! - [`cases`]: a scene for every combination of the choices
+//! - [`cases`]: a scene for every combination of the choices, or for every row of the table ([`table_cases`])
 //! - [`prepare`]: a folder for each with its scene and [`case_file`]; [`follow`]: their order
 //! - [`schedule`]: has a [`runner`] run those that are not done; [`mod@run_case`]: the command of a case
 //! - [`mod@states`]: their state, from the files in their folders
@@ -30,6 +30,8 @@ pub mod schedule;
 pub mod stability;
 pub mod states;
 pub mod status;
+pub mod table_cases;
+mod table_check;
 mod validate;
 
 use std::path::PathBuf;

@@ -1,6 +1,6 @@
 //! Reads and checks a study of any kind.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
@@ -8,6 +8,7 @@ use super::StudyError;
 use super::file::Study;
 use super::patches::{self, PatchStudy};
 use super::stability::StabilityStudy;
+use super::table_cases::{self, CaseTable};
 use super::validate;
 use crate::scene::comments::without_comments;
 
@@ -29,10 +30,36 @@ pub enum Description {
 pub fn read(path: &Path) -> Result<Description, StudyError> {
     let bytes = crate::files::read(path, crate::files::Input::Description)
         .map_err(|source| StudyError::Io { path: path.to_path_buf(), source })?;
-    parse(&bytes, path)
+    let mut description = parse(&bytes, path)?;
+    if let Description::Forming(study) = &mut description
+        && let Some(file) = table_file(study, path)
+    {
+        study.rows = Some(read_table(&file)?);
+        validate::check(study, path)?;
+    }
+    Ok(description)
 }
 
-/// Parses a study and checks it without reading other files; `path` is for messages.
+/// The file of the table of a study that is read from `path`.
+#[must_use]
+pub fn table_file(study: &Study, path: &Path) -> Option<PathBuf> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    study.table.as_ref().map(|table| folder.join(table))
+}
+
+fn read_table(path: &Path) -> Result<CaseTable, StudyError> {
+    let text = crate::files::read_text(path, crate::files::Input::Description)
+        .map_err(|source| StudyError::Io { path: path.to_path_buf(), source })?;
+    table_cases::parse(&text).map_err(|(place, found, allowed)| StudyError::Value {
+        path: path.to_path_buf(),
+        place,
+        found,
+        allowed,
+    })
+}
+
+/// Parses a study and checks it without reading other files, so that the cases of a table are neither known nor checked.
+/// `path` is for messages.
 ///
 /// # Errors
 /// [`StudyError::Value`].

@@ -5,24 +5,25 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::StudyError;
-use super::case::Case;
-use super::cases::{CASES_MAX, CHOICES_MAX, NAME_MAX, Roots, each_case, ids};
+use super::case::{CASES_MAX, Case, NAME_MAX, allowed_words, is_word};
+use super::cases::{CASE_MARK, CHOICES_MAX, Roots, each_case, ids};
 use super::file::Study;
 use super::follow;
+use super::table_check;
 use crate::scene::error::Fault;
 use crate::scene::read::check_value;
 
-/// Checks a study and the scene of every case, without and with `--quick`.
+/// Checks a study and the scene of every case, without and with `--quick`. Of a study whose table is not read, only what
+/// does not depend on its cases is checked.
 ///
 /// # Errors
 /// [`StudyError::Value`].
 pub(super) fn check(study: &Study, path: &Path) -> Result<(), StudyError> {
-    let all = [version, names, marks, references, scenes];
-    all.iter().try_for_each(|of| of(study)).map_err(|(place, found, allowed)| StudyError::Value {
-        path: path.to_path_buf(),
-        place,
-        found,
-        allowed,
+    let all = [version, sources, names, marks, table_check::values, references, scenes];
+    let is_unread = study.table.is_some() && study.rows.is_none();
+    let checks = if is_unread { &all[..2] } else { &all[..] };
+    checks.iter().try_for_each(|of| of(study)).map_err(|(place, found, allowed)| {
+        StudyError::Value { path: path.to_path_buf(), place, found, allowed }
     })
 }
 
@@ -33,8 +34,21 @@ fn version(study: &Study) -> Result<(), Fault> {
     }
 }
 
-/// Checks the names of choices and options, and the number of cases.
+/// Checks that the cases are those of choices or of a table.
+fn sources(study: &Study) -> Result<(), Fault> {
+    let fault = |found: &str, allowed: &str| Err(("choices".into(), found.into(), allowed.into()));
+    match (study.choices.is_empty(), &study.table) {
+        (true, None) => fault("none", "at least one choice, or the file of a `table`"),
+        (false, Some(_)) => fault("choices and a `table`", "one of the two"),
+        _ => Ok(()),
+    }
+}
+
+/// Checks the names of choices and options, and the number of cases. Those of a table are checked where it is read.
 fn names(study: &Study) -> Result<(), Fault> {
+    if study.table.is_some() {
+        return Ok(());
+    }
     let choices: Vec<&str> = study.choices.iter().map(|c| c.name.as_str()).collect();
     if choices.len() > CHOICES_MAX {
         let found = format!("{} choices", choices.len());
@@ -59,11 +73,8 @@ fn check_names(place: &str, names: &[&str]) -> Result<(), Fault> {
     for (k, name) in names.iter().enumerate() {
         let place = format!("{place}[{k}].name");
         if !is_word(name) {
-            let allowed = format!(
-                "up to {NAME_MAX} letters, digits, '-' and '.', the first a letter or digit"
-            );
             let short: String = name.chars().take(NAME_MAX + 1).collect();
-            return Err((place, format!("'{short}'"), allowed));
+            return Err((place, format!("'{short}'"), allowed_words()));
         }
         if names[..k].contains(name) {
             return Err((place, format!("'{name}' once more"), "a name of its own".into()));
@@ -75,15 +86,12 @@ fn check_names(place: &str, names: &[&str]) -> Result<(), Fault> {
     Ok(())
 }
 
-fn is_word(name: &str) -> bool {
-    let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
-    let begins = name.starts_with(|c: char| c.is_ascii_alphanumeric());
-    begins && name.len() <= NAME_MAX && name.chars().all(fits)
-}
-
-/// Checks that every `{NAME}` belongs to a choice.
+/// Checks that every `{NAME}` belongs to a choice. Of a table only `{case}` is one.
 fn marks(study: &Study) -> Result<(), Fault> {
-    let choices: Vec<String> = study.choices.iter().map(|c| format!("{{{}}}", c.name)).collect();
+    let choices: Vec<String> = match &study.table {
+        Some(_) => vec![CASE_MARK.to_owned()],
+        None => study.choices.iter().map(|c| format!("{{{}}}", c.name)).collect(),
+    };
     let changes = study.choices.iter().enumerate().flat_map(|(k, choice)| {
         let changes = choice.options.iter().enumerate();
         changes.filter_map(move |(j, option)| {
@@ -92,9 +100,11 @@ fn marks(study: &Study) -> Result<(), Fault> {
     });
     let quick = study.quick.iter().map(|q| ("quick".to_owned(), q));
     let scene = std::iter::once(("scene".to_owned(), &study.scene));
-    for (place, value) in scene.chain(quick).chain(changes) {
+    let cells = table_check::places(study);
+    for (place, value) in scene.chain(quick).chain(changes).chain(cells) {
         if let Some((place, mark)) = unknown_mark(value, place, &choices) {
-            let allowed = format!("{}: a choice's name in braces", choices.join(", "));
+            let name = if study.table.is_some() { "the case's" } else { "a choice's" };
+            let allowed = format!("{}: {name} name in braces", choices.join(", "));
             return Err((place, format!("'{mark}'"), allowed));
         }
     }
@@ -137,8 +147,11 @@ fn references(study: &Study) -> Result<(), Fault> {
     });
     for (place, case) in reference.chain(checked).chain(followed) {
         if !cases.contains(case) {
-            let allowed = "a case: one option of every choice, joined by '_'";
-            return Err((place, format!("'{case}'"), allowed.into()));
+            let allowed = match &study.table {
+                Some(table) => format!("a case of {table}"),
+                None => "a case: one option of every choice, joined by '_'".into(),
+            };
+            return Err((place, format!("'{case}'"), allowed));
         }
     }
     let allowed = "at most one case to follow, and none that follows it";
@@ -161,7 +174,11 @@ fn scenes(study: &Study) -> Result<(), Fault> {
             let bad: Vec<bool> = faults.iter().map(Option::is_some).collect();
             let (key, found, allowed) = faults.into_iter().nth(k).flatten().unwrap_or_default();
             let with = if quick { " with `quick`" } else { "" };
-            let place = format!("{}{with}", fault_origin(study, &all, k, &bad));
+            let is_valid = |case: &Case| fault_in(study, case).is_none();
+            let all_bad = bad.iter().all(|b| *b);
+            let origin = table_check::fault_origin(study, quick, (k, all_bad), &is_valid)
+                .unwrap_or_else(|| fault_origin(study, &all, k, &bad));
+            let place = format!("{origin}{with}");
             let key = if key.is_empty() { key } else { format!(": {key}") };
             return Err((format!("{place}{key}"), found, allowed));
         }

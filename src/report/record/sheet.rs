@@ -20,6 +20,9 @@ pub struct SpringbackRecord {
     pub force_n: f64,
     /// Released elastic energy, of the whole process [N mm].
     pub energy_nmm: f64,
+    /// Increment of the last equilibrium with tools; absent in files of older programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from_increment: Option<usize>,
 }
 
 /// Unaccounted energy of an increment.

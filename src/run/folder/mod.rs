@@ -114,6 +114,9 @@ impl RunFolder {
     /// [`RunError::Folder`], [`RunError::Write`] when the folder cannot be written.
     pub fn resume(&mut self) -> Result<(), RunError> {
         make_folders(&self.path)?;
+        // State and page of the interruption: with the next increment they are those of an earlier state.
+        remove_where(&self.path.join("steps"), |name| name == "last.vtu");
+        remove_where(&self.path, |name| name == "report.html");
         self.spent_s = [self.record.wall_s, self.record.cpu_s];
         self.record.threads = rayon::current_num_threads();
         self.record.verdict = Verdict::Running;

@@ -1,45 +1,88 @@
-//! `report.html`: force over travel, thickness, the formed sheet and the tools in 3-D, audits.
+//! `report.html`: force over travel, thickness, the formed sheet and the tools in 3-D, audits. Its contents come from the
+//! simulation at the end of a run, or later from the files of the run folder.
 
+mod contents;
+mod error;
+mod files;
+mod grid;
 mod sheet;
 mod summary;
 mod thickness;
+mod tools;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::fields;
 use super::folder::RunFolder;
 use crate::files::WriteError;
-use crate::geometry::Vec3;
-use crate::report::charts::{Series, ValuedSurface, lines, surfaces};
+use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
 use crate::report::record::History;
-use crate::report::vtu_read;
 use crate::scene::Plan;
 use crate::solver::Simulation;
+use contents::Contents;
+
+pub use error::ReportError;
+
+/// File name of the page in a run folder.
+const PAGE: &str = "report.html";
 
 /// Writes `report.html`. Audits beside the tool files (`NAME.audit.json`, `NAME.audit.vtu`) are included.
 ///
 /// # Errors
 /// [`WriteError`] when the folder is missing or full.
 pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result<(), WriteError> {
-    let mesh = simulation.body().mesh();
-    let positions = fields::positions(mesh, simulation.displacements());
-    let thickness = fields::column_thickness(mesh, &positions);
-    let mut page = Page::new(&plan.scene.name);
-    page.doubts(&folder.record.doubts);
-    summary::tables(&mut page, &folder.record, &plan.card.name);
+    page(&Contents::of_simulation(folder, plan, simulation)).write(&folder.path.join(PAGE))
+}
+
+/// A page written from the files of a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct WrittenPage {
+    /// The page.
+    pub path: PathBuf,
+    /// Parts that the page lacks, each with the reason.
+    pub missing: Vec<String>,
+}
+
+/// Writes `report.html` of an ended, stopped or killed run from its files. `folder` is a run folder, or the folder of a
+/// case, which contains the run folder `run`.
+///
+/// The files are `run.json`, `history.csv`, `steps/*.vtu`, and the scene with the files it names if they are unchanged.
+/// The page then has the same bytes as one that [`write`] makes at the end of the run. Without the scene or the last
+/// state of the sheet the page lacks parts and lists them.
+///
+/// # Errors
+/// [`ReportError`] when the folder contains no run, the run is in progress, a file is invalid, or the page cannot be
+/// written.
+pub fn write_from_files(folder: &Path) -> Result<WrittenPage, ReportError> {
+    let read = files::read(&files::run_folder(folder))?;
+    let contents = read.contents();
+    let path = read.folder.join(PAGE);
+    page(&contents).write(&path)?;
+    Ok(WrittenPage { path, missing: contents.missing })
+}
+
+/// The page with these contents.
+fn page(contents: &Contents<'_>) -> Page {
+    let Contents { record, history, .. } = *contents;
+    let mut page = Page::new(&record.name);
+    page.doubts(&record.doubts);
+    contents.missing.iter().for_each(|part| page.text(&format!("Not on this page: {part}.")));
+    summary::tables(&mut page, record, contents.material.unwrap_or("-"));
     page.heading("Force against travel");
-    let (travelled, title) = path(&folder.history);
-    let series = force_series(&folder.history, &travelled);
+    let (travelled, title) = path(history);
+    let series = force_series(history, &travelled);
     let (traces, layout) = lines(&series, &title, "force, whole process [N]");
     page.plot(&traces, &layout, 420);
-    page.heading("Thickness");
-    thickness::chart(&mut page, &plan.scene.blank.shape, mesh, &thickness);
-    sheet::strains(&mut page, folder, simulation);
-    sheet::formed(&mut page, simulation.body(), &positions, thickness);
+    if let Some(sheet) = &contents.sheet {
+        let thickness = sheet.thickness();
+        page.heading("Thickness");
+        thickness::chart(&mut page, sheet.shape, &sheet.mesh, &thickness);
+        sheet::strains(&mut page, sheet, record.springback.is_some());
+        sheet::formed(&mut page, sheet, thickness);
+    }
     page.heading("The tools and their shape error");
-    tools(&mut page, plan, simulation);
-    page.write(&folder.path.join("report.html"))
+    tools::views(&mut page, &contents.tools);
+    page
 }
 
 /// Fraction of the longest stage travel above which a stage counts as moving a tool.
@@ -108,77 +151,6 @@ fn force_series(history: &History, travelled: &[f64]) -> Vec<Series> {
             y: history.rows.iter().map(|r| r.force_n[k]).collect(),
         })
         .collect()
-}
-
-fn tools(page: &mut Page, plan: &Plan, simulation: &Simulation) {
-    let shifts = simulation.tool_shifts();
-    let mut rows = Vec::new();
-    let mut parts = Vec::new();
-    for ((tool, loaded), shift) in plan.scene.tools.iter().zip(&plan.tools).zip(&shifts) {
-        let beside = |extension: &str| {
-            let name = loaded.path.file_name().unwrap_or_default().to_string_lossy();
-            let stem = name.strip_suffix(".tool.json").unwrap_or(&name).to_owned();
-            loaded.path.with_file_name(format!("{stem}.audit.{extension}"))
-        };
-        rows.push(audit_row(&tool.name, loaded.surface.model().patches.len(), &beside("json")));
-        parts.push(audited_surface(&tool.name, &beside("vtu"), shift).unwrap_or_else(|| {
-            let (points, triangles) = fields::tessellate(loaded.surface.model(), 4, shift);
-            ValuedSurface {
-                name: tool.name.clone(),
-                points,
-                triangles,
-                opacity: 0.7,
-                ..ValuedSurface::default()
-            }
-        }));
-    }
-    let head = ["tool", "patches", "max [mm]", "min [mm]", "rms [mm]", "normal error [deg]", "CAD"];
-    page.table(&head, &rows);
-    if rows.iter().any(|row| row[2] == NOT_AUDITED) {
-        page.text(HOW_TO_AUDIT);
-    }
-    let (traces, layout) = surfaces(&parts);
-    page.plot(&traces, &layout, 640);
-}
-
-const NOT_AUDITED: &str = "not audited";
-const HOW_TO_AUDIT: &str = "A tool counts as audited where its audit lies beside its file NAME.tool.json before the run: figures in \
-     NAME.audit.json, the surface in NAME.audit.vtu.";
-
-fn audit_row(name: &str, patches: usize, path: &Path) -> Vec<String> {
-    let audit = crate::files::read(path, crate::files::Input::Description)
-        .ok()
-        .and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
-    let mut row = vec![name.to_owned(), patches.to_string()];
-    let Some(audit) = audit else {
-        row.extend([NOT_AUDITED, "", "", "", ""].map(str::to_owned));
-        return row;
-    };
-    for key in ["max_mm", "min_mm", "rms_mm", "normal_max_deg"] {
-        row.push(audit[key].as_f64().map_or_else(String::new, |v| format!("{v:.4}")));
-    }
-    row.push(audit["cad_file"].as_str().unwrap_or_default().to_owned());
-    row
-}
-
-/// The surface of a tool from its audit, at the initial position of the tool.
-fn audited_surface(name: &str, path: &Path, shift: &Vec3) -> Option<ValuedSurface> {
-    let grid = vtu_read::read(path).ok()?;
-    let error = grid.point_data.iter().find(|a| a.name.starts_with("shape_error"))?;
-    let mut triangles = Vec::new();
-    for (_, ids) in &grid.cells {
-        triangles.extend((2..ids.len()).map(|k| [ids[0], ids[k - 1], ids[k]]));
-    }
-    Some(ValuedSurface {
-        name: name.to_owned(),
-        points: grid.points.iter().map(|p| p + shift).collect(),
-        triangles,
-        values: error.values.clone(),
-        quantity: format!("{name}: shape error [mm]"),
-        opacity: 1.0,
-        signed: true,
-        hidden: false,
-    })
 }
 
 #[cfg(test)]

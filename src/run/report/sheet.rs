@@ -1,36 +1,30 @@
 //! The sheet in `report.html`: strains as in a forming limit diagram, and 3-D views.
 
+use super::contents::SheetView;
 use crate::geometry::Vec3;
 use crate::report::charts::{Series, ValuedSurface, points, surfaces};
 use crate::report::page::Page;
-use crate::run::folder::RunFolder;
-use crate::run::strains::{ElementStrains, of_elements};
-use crate::solver::Simulation;
-use crate::solver::assembly::Body;
+use crate::run::strains::Principal;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// Plots major over minor strain of every element in the last equilibrium with tools, as in a forming limit diagram.
-pub(super) fn strains(page: &mut Page, folder: &RunFolder, simulation: &Simulation) {
-    let held = folder.springback.held();
-    let (now, when) = if held.is_empty() {
-        (simulation.displacements(), "at the end")
-    } else {
-        (held, "in the last equilibrium with tools")
-    };
+/// Plots major over minor strain of every element, as in a forming limit diagram; nothing without strains. `released`:
+/// the strains are those before the tools were released.
+pub(super) fn strains(page: &mut Page, sheet: &SheetView<'_>, released: bool) {
+    let Some(strains) = &sheet.strains else { return };
+    let when = if released { "in the last equilibrium with tools" } else { "at the end" };
     page.heading("Major and minor strain");
     page.text(&format!(
         "Logarithmic strains of the mid-surface of every element, {when}; hover to see the element number. Dotted: uniaxial \
          tension (isotropic), plane strain, and equal biaxial stretching."
     ));
-    let elements = strain_series(&of_elements(simulation.body().mesh(), now));
+    let elements = strain_series(strains);
     let (traces, layout) =
         points(&elements, &strain_paths(&elements.y), "minor strain", "major strain");
     page.plot(&traces, &layout, 480);
 }
 
-fn strain_series(strains: &[ElementStrains]) -> Series {
-    let middle = strains.iter().map(|one| one.middle);
-    let (x, y) = middle.map(|strain| (strain.minor, strain.major)).unzip();
+fn strain_series(strains: &[Principal]) -> Series {
+    let (x, y) = strains.iter().map(|strain| (strain.minor, strain.major)).unzip();
     Series { name: "elements".into(), x, y }
 }
 
@@ -47,20 +41,19 @@ fn strain_paths(major: &[f64]) -> Vec<Series> {
 
 /// The upper face in 3-D, coloured by thickness (one value per column [mm]) and, if the material has it, by plastic
 /// strain.
-pub(super) fn formed(page: &mut Page, body: &Body, positions: &[Vec3], thickness: Vec<f64>) {
+pub(super) fn formed(page: &mut Page, sheet: &SheetView<'_>, thickness: Vec<f64>) {
     page.heading("The formed sheet");
-    let mesh = body.mesh();
+    let (mesh, positions) = (&*sheet.mesh, sheet.positions.as_slice());
     let mut parts = vec![ValuedSurface {
         name: "thickness".into(),
         values: thickness,
         quantity: "thickness [mm]".into(),
         ..upper_face(mesh, positions)
     }];
-    if let Some(states) = body.element_states() {
-        let plastic: Vec<f64> = states.iter().map(|state| state.mean.plastic_strain).collect();
+    if let Some(plastic) = &sheet.plastic_strain {
         parts.push(ValuedSurface {
             name: "plastic strain".into(),
-            values: at_columns(mesh, &plastic),
+            values: at_columns(mesh, plastic),
             quantity: "equivalent plastic strain".into(),
             hidden: true,
             ..upper_face(mesh, positions)
@@ -106,6 +99,8 @@ fn upper_face(mesh: &HexMesh, positions: &[Vec3]) -> ValuedSurface {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::report::contents::middle;
+    use crate::run::strains::of_elements;
     use crate::solver::sheet::hex_mesh::rectangle;
 
     #[test]
@@ -113,7 +108,7 @@ mod tests {
         let mesh = rectangle(2.0, 1.0, 1.0, 2, 1, 1);
         let wide = |x: &Vec3| [0.1 * x.x, if x.x > 1.5 { -0.05 * x.y } else { 0.0 }, 0.0];
         let u: Vec<f64> = mesh.nodes.iter().flat_map(wide).collect();
-        let series = strain_series(&of_elements(&mesh, &u));
+        let series = strain_series(&middle(&of_elements(&mesh, &u)));
         assert_eq!((series.x.len(), series.y.len()), (2, 2));
         assert!(series.x[0] == 0.0 && series.x[1] < -0.02, "{series:?}");
         assert!((series.y[0] - 1.1_f64.ln()).abs() < 1e-14, "{series:?}");

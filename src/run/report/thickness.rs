@@ -6,8 +6,14 @@ use crate::report::page::Page;
 use crate::scene::types::BlankShape;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// The chart and the position of its lines; a text instead if no row of nodes forms a line.
-pub(super) fn chart(page: &mut Page, shape: &BlankShape, mesh: &HexMesh, thickness: &[f64]) {
+/// The chart and the position of its lines; a text instead if no row of nodes forms a line. `shape`: that of the scene,
+/// if known.
+pub(super) fn chart(
+    page: &mut Page,
+    shape: Option<&BlankShape>,
+    mesh: &HexMesh,
+    thickness: &[f64],
+) {
     let plan = mesh.column_coordinates();
     let low = plan.iter().copied().reduce(|a, b| a.inf(&b)).unwrap_or_default();
     let (series, inside) = series(mesh, thickness);
@@ -18,7 +24,7 @@ pub(super) fn chart(page: &mut Page, shape: &BlankShape, mesh: &HexMesh, thickne
     let corner = format!("({:.1}, {:.1}) mm", low.x, low.y);
     page.text(&match (inside, shape) {
         (true, _) => "Through the middle of the blank, from rim to rim: along x (dx) and along the diagonal of its box (dxy).".into(),
-        (_, BlankShape::QuarterDisc { .. } | BlankShape::Disc { .. }) => format!(
+        (_, Some(BlankShape::QuarterDisc { .. } | BlankShape::Disc { .. })) => format!(
             "From the middle of the disc at {corner} to its rim: along x (dx) and along the diagonal (dxy)."
         ),
         _ => format!(
@@ -114,7 +120,7 @@ mod tests {
         }
         let shape = BlankShape::Disc { radius_mm: 30.0, core: 4, rings: 3 };
         let mut page = Page::new("disc");
-        chart(&mut page, &shape, &mesh, &thickness);
+        chart(&mut page, Some(&shape), &mesh, &thickness);
         let html = page.html();
         assert!(html.contains("Through the middle") && !html.contains("their corner"));
     }

@@ -70,10 +70,9 @@ const COSTS: [Column; 11] = [
 /// A table: header and rows.
 pub(super) type Table = (Vec<String>, Vec<Vec<String>>);
 
-/// Case, its options, and the results of its run.
+/// Case, its options or the values of its row, and the results of its run.
 pub(super) fn results(study: &Study, rows: &[Row<'_>]) -> Table {
-    let choices = study.choices.iter().map(|c| c.name.clone()).collect();
-    of_columns(choices, &RESULTS, rows, |row| row.case.options.clone())
+    of_columns(study.varied(), &RESULTS, rows, |row| row.case.options.clone())
 }
 
 /// Case, and the cost of its run.

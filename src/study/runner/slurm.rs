@@ -285,3 +285,56 @@ fn failure(program: &str, output: &Output) -> String {
     let errors = String::from_utf8_lossy(&output.stderr);
     format!("{program}: {}", errors.trim().replace('\n', " "))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn slurm() -> Slurm {
+        let options = vec!["--account=forming".to_owned()];
+        let study = PathBuf::from("/shared/out of steel");
+        Slurm::new(Setup { study, program: "/opt/kanagata-solve".into(), options, again: false })
+    }
+
+    fn group(cases: &[&str], memory_mb: Option<f64>, seconds: Option<f64>) -> Group {
+        let cases = cases.iter().map(|case| (*case).to_owned()).collect();
+        Group { cases, threads: 4, memory_mb, seconds }
+    }
+
+    #[test]
+    fn a_script_asks_for_what_its_largest_task_needs() {
+        let groups = [
+            group(&["a", "b"], Some(100.0), Some(3600.0)),
+            group(&["c"], Some(401.0), Some(60.0)),
+        ];
+        let text = slurm().script("kanagata-1", &groups);
+        for line in [
+            "#SBATCH --job-name=kanagata-1",
+            "#SBATCH --array=0-1",
+            "#SBATCH --cpus-per-task=4",
+            "#SBATCH --mem=522M",
+            "#SBATCH --time=120",
+            "#SBATCH --account=forming",
+            "cd '/shared/out of steel' || exit 4",
+            "cases/a cases/b",
+            "exec /opt/kanagata-solve --threads 4 case \"$@\"",
+        ] {
+            assert!(text.lines().any(|l| l == line), "{line}: {text}");
+        }
+        let unknown = slurm().script("kanagata-1", &[group(&["a"], None, None)]);
+        assert!(!unknown.contains("--mem") && !unknown.contains("--time"), "{unknown}");
+        let short = slurm().script("kanagata-1", &[group(&["a"], Some(1.0), Some(1.0))]);
+        assert!(short.contains("--time=5\n"), "{short}");
+    }
+
+    #[test]
+    fn states_of_tasks_are_waiting_running_or_ended() {
+        assert_eq!(state_of("PENDING", "Priority"), TicketState::Waiting(None));
+        let never = TicketState::Waiting(Some("BadConstraints".into()));
+        assert_eq!(state_of("PENDING", "BadConstraints"), never);
+        assert_eq!(state_of("COMPLETING", "None"), TicketState::Running);
+        let retry = |state| matches!(state_of(state, "None"), TicketState::Ended { retry: true, .. });
+        assert!(retry("COMPLETED") && retry("TIMEOUT") && retry("OUT_OF_MEMORY") && retry("NODE_FAIL"));
+        assert!(!retry("CANCELLED") && !retry("CANCELLED by 0"));
+    }
+}

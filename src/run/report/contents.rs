@@ -1,0 +1,89 @@
+//! What the page of a run shows, apart from where it comes from.
+
+use std::borrow::Cow;
+
+use super::tools::ToolView;
+use crate::geometry::Vec3;
+use crate::report::record::{History, RunRecord};
+use crate::run::fields;
+use crate::run::folder::RunFolder;
+use crate::run::strains::{ElementStrains, Principal, of_elements};
+use crate::scene::Plan;
+use crate::scene::types::BlankShape;
+use crate::solver::Simulation;
+use crate::solver::assembly::ElementState;
+use crate::solver::sheet::hex_mesh::HexMesh;
+
+/// Everything that the page of a run shows.
+pub(super) struct Contents<'a> {
+    /// Content of `run.json`.
+    pub(super) record: &'a RunRecord,
+    /// Content of `history.csv`.
+    pub(super) history: &'a History,
+    /// Name of the material card; `None` if unknown.
+    pub(super) material: Option<&'a str>,
+    /// The sheet at the end; `None` if its state is unknown.
+    pub(super) sheet: Option<SheetView<'a>>,
+    /// The tools.
+    pub(super) tools: Vec<ToolView>,
+    /// Parts that the page lacks, each with the reason.
+    pub(super) missing: Vec<String>,
+}
+
+/// The sheet at the end of a run.
+pub(super) struct SheetView<'a> {
+    /// Shape of the blank in the scene; `None` if unknown.
+    pub(super) shape: Option<&'a BlankShape>,
+    /// The undeformed mesh.
+    pub(super) mesh: Cow<'a, HexMesh>,
+    /// Positions of the nodes [mm].
+    pub(super) positions: Vec<Vec3>,
+    /// Strains of the mid-surface of every element in the last equilibrium with tools; `None` if unknown.
+    pub(super) strains: Option<Vec<Principal>>,
+    /// Mean equivalent plastic strain of every element; `None` for an elastic material.
+    pub(super) plastic_strain: Option<Vec<f64>>,
+}
+
+impl SheetView<'_> {
+    /// Thickness of every column [mm].
+    pub(super) fn thickness(&self) -> Vec<f64> {
+        fields::column_thickness(&self.mesh, &self.positions)
+    }
+}
+
+impl<'a> Contents<'a> {
+    /// The contents at the end of a run.
+    pub(super) fn of_simulation(
+        folder: &'a RunFolder,
+        plan: &'a Plan,
+        simulation: &'a Simulation,
+    ) -> Self {
+        let (body, now) = (simulation.body(), simulation.displacements());
+        let mesh = body.mesh();
+        let released = folder.record.springback.is_some();
+        let held = if released { folder.springback.held() } else { now };
+        let states = body.element_states();
+        let plastic =
+            |states: Vec<ElementState>| states.iter().map(|s| s.mean.plastic_strain).collect();
+        let sheet = SheetView {
+            shape: Some(&plan.scene.blank.shape),
+            mesh: Cow::Borrowed(mesh),
+            positions: fields::positions(mesh, now),
+            strains: Some(middle(&of_elements(mesh, held))),
+            plastic_strain: states.map(plastic),
+        };
+        Self {
+            record: &folder.record,
+            history: &folder.history,
+            material: Some(&plan.card.name),
+            sheet: Some(sheet),
+            tools: ToolView::of_plan(plan, &simulation.tool_shifts()),
+            missing: Vec::new(),
+        }
+    }
+}
+
+/// Strains of the mid-surfaces.
+pub(super) fn middle(strains: &[ElementStrains]) -> Vec<Principal> {
+    strains.iter().map(|one| one.middle).collect()
+}

@@ -157,17 +157,15 @@ fn whatever_happens_on_slurm_the_results_are_those_of_a_local_study() {
     assert_eq!(long.results(), local, "the controller killed right after the submission");
     again();
 
-    let study = slurm.begin(&long);
-    until("no solver", || record(&long, "a").filter(|r| r["increments"].as_u64() > Some(5)));
-    let node = slurm.output(&["squeue", "-h", "-o", "%N"]).trim().to_owned();
-    let name = format!("NodeName={node}");
-    slurm.output(&["scontrol", "update", &name, "State=DRAIN", "Reason=test"]);
-    let job = slurm.output(&["squeue", "-h", "-o", "%A"]).trim().to_owned();
-    slurm.output(&["scontrol", "requeue", &job]);
+    let queue = Bends::twelve(0.05);
+    let local = queue.local_results();
+    let study = slurm.begin(&queue);
+    until("no solver", || record(&queue, "c01"));
+    // Tasks that run there go on, the others start on the other node.
+    slurm.output(&["scontrol", "update", "NodeName=node1", "State=DRAIN", "Reason=test"]);
     wait_well(study);
-    assert_eq!(long.results(), local, "a node drained");
-    slurm.output(&["scontrol", "update", &name, "State=RESUME"]);
-    again();
+    assert_eq!(queue.results(), local, "a node drained");
+    slurm.output(&["scontrol", "update", "NodeName=node1", "State=RESUME"]);
 
     slurm.study(&long, &["--detach"], 0);
     until("no solver", || record(&long, "a").filter(|r| r["increments"].as_u64() > Some(5)));

@@ -52,7 +52,7 @@ pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> 
     let mut runner = args.runner.runner(output, Some(study), jobs, args.again)?;
     if args.runner.emit {
         for text in schedule::emit(&open, &before, output, &*runner, args.runner.task_s()) {
-            put(&text);
+            put(text.trim_end());
         }
         return Ok(Exit::Done);
     }

@@ -108,7 +108,7 @@ impl Simulation {
         &mut self,
         observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
     ) -> Result<bool, SimulationError> {
-        let before = self.state_without_history();
+        let (before, spent) = (self.state_without_history(), self.sys.timings);
         let more = advance(self, observer);
         if let Err(SimulationError::Stopped { .. }) = more
             && self.sys.cancel.is_requested()
@@ -116,6 +116,10 @@ impl Simulation {
         {
             // The history of the material points is that of the last increment.
             self.go_back_within(before).map_err(SimulationError::Setup)?;
+            // The increment is repeated: its work counts once, whenever the run is stopped.
+            self.sys.timings = self.sys.timings.with_counts_of(&spent);
+            let solver = &mut self.sys.solver;
+            (solver.factorisations, solver.updates) = (spent.factorisations, spent.updates);
         }
         self.summary.timings = self.sys.timings;
         more

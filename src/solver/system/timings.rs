@@ -36,3 +36,11 @@ pub struct Timings {
     #[serde(default)]
     pub cycling: usize,
 }
+
+impl Timings {
+    /// These times with the counts of `other`.
+    pub(in crate::solver) fn with_counts_of(self, other: &Self) -> Self {
+        let &Self { factorisations, updates, cycling, .. } = other;
+        Self { factorisations, updates, cycling, ..self }
+    }
+}

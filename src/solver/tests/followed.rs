@@ -1,7 +1,10 @@
 //! Increments with the ends of an earlier run.
 
 use super::cup::{QUICK, cup};
-use crate::solver::{Control, IncrementReport, Simulation, SimulationError, SimulationSetup};
+use crate::cancel::Cancel;
+use crate::solver::{
+    Control, IncrementReport, RunSummary, Simulation, SimulationError, SimulationSetup,
+};
 
 /// Stage, fraction and iterations of every increment, step cuts, and final displacements.
 fn run(setup: SimulationSetup) -> (Vec<(usize, f64, usize)>, usize, Vec<f64>) {
@@ -66,6 +69,33 @@ fn a_stage_remains_active_after_an_error() {
         assert_eq!(sim.run(see).unwrap().increments, whole.len());
         let same = sim.displacements().iter().zip(&sheet);
         assert!(same.into_iter().all(|(a, b)| a.to_bits() == b.to_bits()));
+    }
+}
+
+/// Stopped within increments and continued from the saved state: the work counts as in a run without stop.
+#[test]
+fn a_run_stopped_within_an_increment_counts_its_work_once() {
+    let watch = &mut |_: &IncrementReport<'_>| Control::Continue;
+    let counts = |done: &RunSummary| {
+        let t = &done.timings;
+        [done.increments, t.factorisations, t.updates, t.cycling]
+    };
+    let start = std::time::Instant::now();
+    let whole = Simulation::new(cup(&QUICK)).unwrap().run(watch).unwrap();
+    let time = start.elapsed();
+    for k in 1..6 {
+        let (mut sim, cancel) = (Simulation::new(cup(&QUICK)).unwrap(), Cancel::default());
+        sim.set_cancel(cancel.clone());
+        let stop = std::thread::spawn(move || {
+            std::thread::sleep(time * k / 6);
+            cancel.request();
+        });
+        // A run that ends before the request is continued as well.
+        let _ = sim.run(watch);
+        stop.join().unwrap();
+        let mut next = Simulation::new(cup(&QUICK)).unwrap();
+        next.resume(sim.state()).unwrap();
+        assert_eq!(counts(&next.run(watch).unwrap()), counts(&whole));
     }
 }
 

@@ -303,10 +303,8 @@ mod tests {
 
     #[test]
     fn a_script_asks_for_what_its_largest_task_needs() {
-        let groups = [
-            group(&["a", "b"], Some(100.0), Some(3600.0)),
-            group(&["c"], Some(401.0), Some(60.0)),
-        ];
+        let groups =
+            [group(&["a", "b"], Some(100.0), Some(3600.0)), group(&["c"], Some(401.0), Some(60.0))];
         let text = slurm().script("kanagata-1", &groups);
         for line in [
             "#SBATCH --job-name=kanagata-1",
@@ -333,8 +331,11 @@ mod tests {
         let never = TicketState::Waiting(Some("BadConstraints".into()));
         assert_eq!(state_of("PENDING", "BadConstraints"), never);
         assert_eq!(state_of("COMPLETING", "None"), TicketState::Running);
-        let retry = |state| matches!(state_of(state, "None"), TicketState::Ended { retry: true, .. });
-        assert!(retry("COMPLETED") && retry("TIMEOUT") && retry("OUT_OF_MEMORY") && retry("NODE_FAIL"));
+        let retry =
+            |state| matches!(state_of(state, "None"), TicketState::Ended { retry: true, .. });
+        assert!(
+            retry("COMPLETED") && retry("TIMEOUT") && retry("OUT_OF_MEMORY") && retry("NODE_FAIL")
+        );
         assert!(!retry("CANCELLED") && !retry("CANCELLED by 0"));
     }
 }

@@ -112,13 +112,19 @@ impl Schedule<'_, '_> {
             (State::Failed, _) => self.end(k, State::Failed, entry.reason),
             (_, Some(2 | 4)) => self.end(k, State::Failed, outcome.map(|outcome| outcome.message)),
             _ if !self.leader_is_done(k) => self.jobs[k].submission = Submission::default(),
-            _ if !retry => {
+            // A client that a stop has ended (ssh) does not report the exit code 5 of its solver.
+            _ if !retry || self.is_stopping() => {
                 let message = outcome.map_or_else(|| reason.to_owned(), |outcome| outcome.message);
                 self.end(k, State::Waiting, Some(message));
             }
             _ => self.try_again(k, reason),
         }
         true
+    }
+
+    /// Whether a stop has been requested that ends the submitted cases.
+    fn is_stopping(&self) -> bool {
+        self.how.stop.is_requested() && !self.how.runner.outlives()
     }
 
     pub(super) fn leader_is_done(&self, k: usize) -> bool {

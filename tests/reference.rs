@@ -9,12 +9,13 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Schema, title and an example of every page.
-const PAGES: [(&str, &str, &str); 7] = [
+const PAGES: [(&str, &str, &str); 8] = [
     ("scene", "Scene files", "fixtures/dome/dome.scene.json"),
     ("tool", "Tool files", ""),
     ("run", "run.json", ""),
     ("audit", "Audit reports", ""),
     ("study", "Studies", "fixtures/studies/cross-tool.json"),
+    ("case", "case.json", ""),
     ("stability", "Studies of stability", "fixtures/studies/stability.json"),
     ("patches", "Studies of patches", "fixtures/studies/patches.json"),
 ];

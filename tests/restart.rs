@@ -81,7 +81,10 @@ fn a_run_killed_again_and_again_ends_as_one_left_alone() {
             seed = seed
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
-            let mut child = command(folder, "killed", restart).spawn().unwrap();
+            let mut command = command(folder, "killed", restart);
+            // A run that was killed after its results were complete is repeated too.
+            let child = if restart { command.spawn() } else { command.arg("--overwrite").spawn() };
+            let mut child = child.unwrap();
             std::thread::sleep(Duration::from_millis(20 + (seed >> 33) % 400));
             let _ = child.kill();
             let output = child.wait_with_output().unwrap();

@@ -42,6 +42,7 @@ fn schemas_are_what_the_types_say() {
     check::<kanagata::report::record::RunRecord>("run.schema.json");
     check::<kanagata::audit::AuditReport>("audit.schema.json");
     check::<kanagata::study::file::Study>("study.schema.json");
+    check::<kanagata::study::case_file::CaseFile>("case.schema.json");
     check::<kanagata::study::stability::StabilityStudy>("stability.schema.json");
     check::<kanagata::study::patches::PatchStudy>("patches.schema.json");
 }

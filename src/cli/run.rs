@@ -12,6 +12,7 @@ use super::terminal::{err, out, put};
 use crate::report::record::RunRecord;
 use crate::run::folder::row;
 use crate::run::progress_line::{HEADER, json_line, line};
+use crate::run::report::write_from_files;
 use crate::run::{Progress, RunError, RunOptions, WriteReport, completed};
 use crate::scene::read::read_with;
 use crate::scene::set_value::SetValue;
@@ -128,6 +129,10 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
             "note: {}: a run of the same inputs is done and was not repeated (--overwrite repeats it)",
             args.output.display()
         );
+        // It may have been killed while it wrote its page.
+        if matches!(args.report, When::Always) && !args.output.join("report.html").exists() {
+            write_from_files(&args.output)?;
+        }
         return report(args, &record);
     }
     match solve(args, &plan) {

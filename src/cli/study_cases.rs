@@ -64,6 +64,7 @@ pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> 
         folder: output,
         max_tries: args.runner.max_tries(),
         task_s: args.runner.task_s(),
+        stall: schedule::STALL,
         again: args.again,
         renew: args.renew,
         before: &before,

@@ -9,6 +9,7 @@ mod submit;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use super::StudyError;
 use super::case::Case;
@@ -24,6 +25,10 @@ use crate::run::lock::{self, Attempt, Lock, Lost};
 
 /// Submissions of a case without progress before it counts as failed, if nothing else is asked.
 pub const MAX_TRIES: usize = 3;
+/// Time after which a task that an engine lists as running, in whose folders no run is at work or has ended, counts as
+/// gone: Slurm may list a task for ever whose processes were killed. It is the time after which a run on another host
+/// counts as ended; preparing a run takes less.
+pub const STALL: Duration = lock::HEARTBEAT_EXPIRY;
 
 /// How cases are run.
 pub struct Execution<'a> {
@@ -35,6 +40,8 @@ pub struct Execution<'a> {
     pub max_tries: usize,
     /// Smallest expected time of a task [s]; shorter cases share one.
     pub task_s: f64,
+    /// Time after which a running task without a run at work counts as gone.
+    pub stall: Duration,
     /// Run failed cases again.
     pub again: bool,
     /// Run cases again whose runs are of other inputs or of another build.
@@ -149,6 +156,8 @@ struct Schedule<'a, 'b> {
     digests: Digests,
     /// The last message of an engine without answer.
     silence: String,
+    /// When a run of a running ticket was last seen at work or ended.
+    at_work: HashMap<Ticket, Instant>,
     /// Processes asked to end, by their folder's case.
     asked: HashMap<String, u32>,
 }
@@ -187,6 +196,7 @@ impl<'a, 'b> Schedule<'a, 'b> {
             say,
             digests: Digests::default(),
             silence: String::new(),
+            at_work: HashMap::new(),
             asked: HashMap::new(),
         })
     }
@@ -324,3 +334,6 @@ fn write(jobs: &[Job<'_>], lock: &Lock, runner: &str, folder: &Path) -> Result<(
     }
     Ok(tickets.write(folder)?)
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,6 +1,7 @@
 //! Settles cases: by the states of their tickets and by the proof in their folders.
 
 use std::collections::HashMap;
+use std::time::Instant;
 
 use super::{Phase, Schedule, increments};
 use crate::study::StudyError;
@@ -9,6 +10,9 @@ use crate::study::outcome;
 use crate::study::runner::tickets::{Submission, Ticket};
 use crate::study::runner::{EngineError, TicketState};
 use crate::study::states::{State, entry};
+
+/// Mark of a case whose task runs.
+const RUNNING: &str = "running";
 
 impl Schedule<'_, '_> {
     /// Asks the runner for the states of all tickets and settles the cases that have ended.
@@ -29,17 +33,23 @@ impl Schedule<'_, '_> {
         let polled = self.how.runner.poll(&tickets);
         let Some(states) = self.answer(polled)? else { return Ok(()) };
         let states: HashMap<Ticket, TicketState> = tickets.into_iter().zip(states).collect();
-        let mut changed = false;
+        let (mut changed, mut running) = (false, Vec::new());
         for (k, ticket) in open {
             changed |= match &states[&ticket] {
                 TicketState::Waiting(reason) => {
                     self.tell(k, reason.as_deref());
                     false
                 }
-                TicketState::Running => self.settle_proved(k),
+                TicketState::Running => {
+                    running.push(ticket.clone());
+                    self.settle_proved(k, &ticket)
+                }
                 TicketState::Ended { reason, retry } => self.settle_ended(k, reason, *retry),
                 TicketState::Gone => self.settle_ended(k, "its ticket is gone", true),
             };
+        }
+        if self.how.runner.outlives() {
+            changed |= self.settle_stalled(&running)?;
         }
         if changed { self.write() } else { Ok(()) }
     }
@@ -82,22 +92,51 @@ impl Schedule<'_, '_> {
     }
 
     /// Settles a case whose run is proved done while its task goes on with others. True if something has changed.
-    pub(super) fn settle_proved(&mut self, k: usize) -> bool {
-        if self.jobs[k].told != "running" {
-            self.jobs[k].told = "running".into();
-            if self.how.runner.outlives() {
-                (self.say)(&format!("{}: runs", self.jobs[k].case.id));
-            }
-        }
+    fn settle_proved(&mut self, k: usize, ticket: &Ticket) -> bool {
         // The process of a local run ends right after its proof.
         if !self.how.runner.outlives() {
             return false;
         }
+        if self.jobs[k].told != RUNNING {
+            self.jobs[k].told = RUNNING.into();
+            (self.say)(&format!("{}: runs", self.jobs[k].case.id));
+        }
         let entry = entry(self.jobs[k].case, self.how.folder, &self.digests);
+        if matches!(entry.state, State::Running | State::Done) {
+            self.at_work.insert(ticket.clone(), Instant::now());
+        }
         if entry.state == State::Done {
             self.end(k, State::Done, None);
         }
         entry.state == State::Done
+    }
+
+    /// Opens the cases of running tickets again in whose folders nothing has been at work for too long. True if there are
+    /// any.
+    fn settle_stalled(&mut self, running: &[Ticket]) -> Result<bool, StudyError> {
+        self.at_work.retain(|ticket, _| running.contains(ticket));
+        let mut stalled = Vec::new();
+        for ticket in running {
+            let seen = *self.at_work.entry(ticket.clone()).or_insert_with(Instant::now);
+            if seen.elapsed() >= self.how.stall && !stalled.contains(ticket) {
+                stalled.push(ticket.clone());
+            }
+        }
+        if stalled.is_empty() {
+            return Ok(false);
+        }
+        let cancelled = self.how.runner.cancel(&stalled);
+        if self.answer(cancelled)?.is_none() {
+            return Ok(false);
+        }
+        for k in 0..self.jobs.len() {
+            let ticket = self.jobs[k].submission.ticket.as_ref();
+            if ticket.is_some_and(|ticket| stalled.contains(ticket)) {
+                let reason = "listed as running, but no run is at work in its folder";
+                self.settle_ended(k, reason, true);
+            }
+        }
+        Ok(true)
     }
 
     /// Settles a case whose ticket has ended or is gone, or opens it again. True if something has changed.

@@ -378,7 +378,12 @@ fn a_run_that_can_be_gone_on_with_is_not_replaced_unasked() {
     let (code, said) = loud(&["--overwrite"]);
     assert_eq!(code, Some(0), "{said}");
     assert!(said.contains("earlier run are replaced") && said.contains("not finished"), "{said}");
+    let done = results(&folder.join("out"));
     let (code, said) = loud(&[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("is done and was not repeated (--overwrite repeats it)"), "{said}");
+    assert_eq!(results(&folder.join("out")), done);
+    let (code, said) = loud(&["--overwrite"]);
     assert_eq!(code, Some(0), "{said}");
     assert!(said.contains("increments, finished"), "{said}");
     // Of other inputs: the scene that is edited and run again in the same folder.

@@ -81,7 +81,7 @@ fn a_study_on_slurm_has_the_results_of_a_local_one() {
     let (bends, slurm) = (Bends::twelve(0.5), FakeSlurm::new());
     let local = bends.local_results();
     ends_well(slurm.study(&bends, &[]));
-    assert_eq!(bends.results(), local);
+    assert!(bends.results() == local);
     // Two ranks, the second of which waits for the first.
     assert_eq!(slurm.submissions(), 2);
     ends_well(slurm.study(&bends, &[]));
@@ -111,7 +111,7 @@ fn a_case_without_progress_is_given_up_after_some_tries() {
     assert_eq!((code, slurm.submissions()), (3, 2), "{text}");
     slurm.set("fail", false);
     ends_well(slurm.study(&bends, &["--again"]));
-    assert_eq!(bends.results(), local);
+    assert!(bends.results() == local);
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn an_engine_without_answer_changes_nothing() {
     assert!(!bends.run_of("a").exists());
     slurm.set("down", false);
     ends_well(slurm.study(&bends, &[]));
-    assert_eq!(bends.results(), local);
+    assert!(bends.results() == local);
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn tickets_that_are_lost_cost_no_results() {
     until("nothing runs", || increments(&bends, "c01").filter(|n| *n > 0));
     fs::remove_file(bends.at("out/runner.json")).unwrap();
     ends_well(slurm.study(&bends, &[]));
-    assert_eq!(bends.results(), local);
+    assert!(bends.results() == local);
 }
 
 #[test]
@@ -170,7 +170,7 @@ fn cases_that_are_cancelled_leave_checkpoints_and_go_on() {
     until("it does not run", || increments(&bends, "a").filter(|n| *n > 5));
     // Another runner would not know of it.
     let (code, _, errors) = bends.study(&[]);
-    assert!(code == 2 && errors.contains("submitted with --runner slurm"), "{errors}");
+    assert!(code == 2 && errors.contains("submitted with the runner slurm"), "{errors}");
     ends_well(slurm.study(&bends, &["--cancel"]));
     until("it goes on", || {
         let text = fs::read_to_string(bends.run_of("a").join("run.json")).ok()?;
@@ -181,7 +181,7 @@ fn cases_that_are_cancelled_leave_checkpoints_and_go_on() {
     // The first command sees that it was cancelled, the next submits it again.
     assert!(code == 3 && text.contains("CANCELLED") || code == 0, "{code} {text}");
     ends_well(slurm.study(&bends, &[]));
-    assert_eq!(bends.results(), local);
+    assert!(bends.results() == local);
     assert!(increments(&bends, "a").unwrap() > stopped && slurm.submissions() == 2);
 }
 
@@ -214,7 +214,7 @@ fn commands_of_a_template_run_cases_on_hosts() {
     );
     let options = ["--runner", "command", "--hosts", "one,two:2", "--submit", &template];
     ends_well(bends.study(&options));
-    assert_eq!(bends.results(), local);
+    assert!(bends.results() == local);
     let hosts = fs::read_to_string(hosts).unwrap();
     assert_eq!(hosts.lines().count(), 12);
     assert!(hosts.contains("one 1") && hosts.contains("two 1"), "{hosts}");
@@ -242,7 +242,7 @@ fn an_engine_of_a_template_is_asked_for_its_tickets() {
     ];
     ends_well(bends.study(&[&options[..], &["--detach"]].concat()));
     ends_well(bends.study(&options));
-    assert_eq!(bends.results(), local);
+    assert!(bends.results() == local);
 }
 
 #[test]
@@ -271,7 +271,7 @@ fn what_would_be_submitted_is_printed() {
         assert!(done.status.success(), "{line}: {}", String::from_utf8_lossy(&done.stderr));
     }
     assert_eq!(bends.begun(&[], 0), "");
-    assert_eq!(bends.results(), local);
+    assert!(bends.results() == local);
 }
 
 #[test]
@@ -316,5 +316,5 @@ fn prepared_cases_are_run_by_their_own_command() {
     }
     let begun = bends.begun(&[], 0);
     assert!(!begun.contains("c01") && !begun.contains("c02") && begun.contains("c00"), "{begun}");
-    assert_eq!(bends.results(), local);
+    assert!(bends.results() == local);
 }

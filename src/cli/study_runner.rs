@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 
 use super::exit::Failure;
+use super::study_error::io;
 use crate::study::file::Study;
 use crate::study::runner::Runner;
-use crate::study::runner::process::{self, Processes};
+use crate::study::runner::process::{self, NAMES, Processes};
 use crate::study::runner::slurm::{self, Slurm};
 use crate::study::runner::template::Template;
 use crate::study::schedule::MAX_TRIES;
@@ -117,11 +118,11 @@ impl RunnerArgs {
         jobs: usize,
         again: bool,
     ) -> Result<Box<dyn Runner>, Failure> {
-        let study = study.canonicalize().map_err(super::study::io(study))?;
+        let study = study.canonicalize().map_err(io(study))?;
         let program = match &self.program {
             Some(program) => program.clone(),
             None => std::env::current_exe()
-                .map_err(super::study::io(Path::new("this program")))?
+                .map_err(io(Path::new("this program")))?
                 .with_file_name(format!("kanagata-solve{}", std::env::consts::EXE_SUFFIX)),
         };
         if self.runner == RunnerKind::Slurm {
@@ -149,7 +150,7 @@ impl RunnerArgs {
             tied: !self.detach && !self.emit && self.poll.is_none(),
             again,
         };
-        setup.check().map_err(Failure::input)?;
+        check_templates(&setup)?;
         Ok(Box::new(Processes::new(setup)))
     }
 
@@ -164,6 +165,32 @@ impl RunnerArgs {
         let more = slurm.options.iter().chain(&self.sbatch).cloned();
         account.into_iter().chain(partition).chain(more).collect()
     }
+}
+
+/// Checks the names in the templates.
+///
+/// # Errors
+/// Exit code 2 with the option and what is wrong with it.
+fn check_templates(setup: &process::Setup) -> Result<(), Failure> {
+    let templates = [
+        ("--submit", &setup.submit, &NAMES[..]),
+        ("--poll", &setup.poll, &["ticket"]),
+        ("--end", &setup.cancel, &["ticket"]),
+    ];
+    for (option, template, names) in templates {
+        let unknown = template.as_ref().and_then(|template| template.unknown(names));
+        if let Some(name) = unknown {
+            let names: Vec<String> = names.iter().map(|name| format!("{{{name}}}")).collect();
+            let allowed = names.join(", ");
+            return Err(Failure::input(format!("{option}: found {{{name}}}; allowed: {allowed}")));
+        }
+    }
+    if setup.submit.as_ref().is_some_and(|submit| !submit.uses("case")) {
+        return Err(Failure::input(
+            "--submit: found no {case}; allowed: a command with {case}, which runs the case",
+        ));
+    }
+    Ok(())
 }
 
 /// A place for every case at a time of `HOST` or `HOST:N`.

@@ -15,4 +15,4 @@ pub mod temporary;
 pub use digest::{Sha256Writer, sha256_hex};
 pub use exclusive::{create_new, random, server_time, unique_beside};
 pub use input::{Input, open, read, read_system, read_text};
-pub use output::{WriteError, remove_where, sweep, write_atomic};
+pub use output::{WriteError, create_log, remove_where, sweep, write_atomic};

@@ -31,6 +31,14 @@ fn hint(source: &io::Error) -> &'static str {
 /// Maximum number of symbolic links in a chain, as in the operating system.
 const LINKS_MAX: usize = 40;
 
+/// Creates or empties a file that receives the output of a child program.
+///
+/// # Errors
+/// [`WriteError`] when the folder is missing or the file cannot be written.
+pub fn create_log(path: &Path) -> Result<File, WriteError> {
+    File::create(path).map_err(|source| WriteError { path: path.to_path_buf(), source })
+}
+
 /// Writes `path` through `body`: into a temporary file next to it, flushed to disk, renamed over it, and the folder
 /// flushed. For a symbolic link the target file is replaced. An existing file keeps its permissions.
 ///

@@ -7,8 +7,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::StudyError;
-use super::proof::{Inputs, difference};
+use super::follow::history_of;
+use super::proof::{Inputs, Proof, difference, proof};
 use crate::files::{Input, WriteError, sha256_hex, write_atomic};
+use crate::report::record::RunRecord;
 
 /// Name of the file in the folder of a case.
 const NAME: &str = "case.json";
@@ -84,7 +86,7 @@ impl CaseFile {
         let path = folder.join(NAME);
         let text = crate::files::read(&path, Input::Description)
             .map_err(|source| StudyError::Io { path: path.clone(), source })?;
-        let allowed = "a case as `kanagata study FILE -o DIR --prepare` writes it";
+        let allowed = "a case as a study of this program prepares it";
         let fault = |place: String, found: String| StudyError::Value {
             path: path.clone(),
             place,
@@ -116,6 +118,19 @@ impl CaseFile {
             serde_json::to_writer_pretty(&mut *w, self)?;
             writeln!(w)
         })
+    }
+
+    /// The proof in the case's folder `folder` for these inputs. The history that the case follows is taken as it was.
+    pub(super) fn proof(&self, folder: &Path) -> Proof {
+        let recorded = crate::files::read(&folder.join("run/run.json"), Input::Description)
+            .ok()
+            .and_then(|text| RunRecord::parse(&text).ok());
+        let mut inputs = self.inputs.clone();
+        if let (Some(record), Some(leader)) = (recorded, &self.follows) {
+            let history = history_of(leader);
+            inputs.extend(record.inputs.get(&history).map(|digest| (history, digest.clone())));
+        }
+        proof(folder, &inputs)
     }
 
     /// What differs between this case and a program with `build` that has found `inputs`; `None` if nothing does.

@@ -102,7 +102,7 @@ pub enum StudyError {
     },
     /// Cases have been submitted with another runner.
     #[error(
-        "{}: cases are submitted with --runner {runner}; found {asked}; allowed: that runner, or to end them first",
+        "{}: cases are submitted with the runner {runner}; found {asked}; allowed: that runner, or to end them first",
         folder.display()
     )]
     OtherRunner {

@@ -41,7 +41,7 @@ impl Order {
             path,
             place: format!("line {}, column {}", e.line(), e.column()),
             found: e.to_string(),
-            allowed: "the order of a study as `kanagata study FILE -o DIR` writes it".into(),
+            allowed: "the order of a study as this program writes it".into(),
         })
     }
 }

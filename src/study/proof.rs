@@ -3,8 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::case_file::CaseFile;
-use super::follow::history_of;
 use crate::files::Input;
 use crate::report::record::{RunRecord, Verdict};
 use crate::run::build::BUILD;
@@ -25,20 +23,6 @@ pub(super) enum Proof {
     NotConverged(Option<String>),
     /// The run is of other inputs or of another build: what differs.
     Other(String),
-}
-
-/// The proof in the case's folder `folder` for the inputs of its `case.json`. The history that it follows is taken as it
-/// was.
-pub(super) fn proof_of_case(folder: &Path, case: &CaseFile) -> Proof {
-    let recorded = crate::files::read(&folder.join("run/run.json"), Input::Description)
-        .ok()
-        .and_then(|text| RunRecord::parse(&text).ok());
-    let mut inputs = case.inputs.clone();
-    if let (Some(record), Some(leader)) = (recorded, &case.follows) {
-        let history = history_of(leader);
-        inputs.extend(record.inputs.get(&history).map(|digest| (history, digest.clone())));
-    }
-    proof(folder, &inputs)
 }
 
 /// Reads the proof in the case's folder `case` for a run of `inputs` by this build.

@@ -9,7 +9,7 @@ use super::case_file::CaseFile;
 use super::inputs::folder_of;
 use super::outcome;
 use super::prepare::Order;
-use super::proof::{Proof, proof_of_case};
+use super::proof::Proof;
 use super::runner::tickets::Tickets;
 use crate::run::lock;
 use crate::run::status::status as run_status;
@@ -87,7 +87,7 @@ fn case_status(study: &Path, name: String, submitted: bool, tries: usize) -> Cas
         return status;
     }
     let outcome = outcome::read(&folder);
-    let proved = proof_of_case(&folder, &case);
+    let proved = case.proof(&folder);
     (status.state, status.reason) = match proved {
         Proof::Done => (CaseState::Done, None),
         Proof::Other(what) => (CaseState::Stale, Some(what)),

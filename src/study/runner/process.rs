@@ -1,6 +1,5 @@
 //! Child processes: the commands of cases on this machine, or commands of a template that run them elsewhere.
 
-use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -9,7 +8,7 @@ use std::time::Duration;
 use super::template::{Template, Values, joined};
 use super::tickets::Ticket;
 use super::{EngineError, Group, Record, Runner, TicketState};
-use crate::files::Input;
+use crate::files::{Input, WriteError, create_log};
 use crate::report::record::Process;
 use crate::run::resources::{alive, identity};
 use crate::study::StudyError;
@@ -20,8 +19,8 @@ const POLL_INTERVAL: Duration = Duration::from_millis(50);
 const ENGINE_INTERVAL: Duration = Duration::from_secs(5);
 /// File in the folder of a case that receives the output of its command.
 const LOG: &str = "case.log";
-/// Names in a template.
-const NAMES: [&str; 7] = ["case", "dir", "host", "threads", "memory_mb", "minutes", "name"];
+/// Names in the template of a submission.
+pub const NAMES: [&str; 7] = ["case", "dir", "host", "threads", "memory_mb", "minutes", "name"];
 
 /// How commands are made and where they run.
 #[derive(Debug, Clone)]
@@ -46,32 +45,6 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Checks the names in the templates.
-    ///
-    /// # Errors
-    /// The option and what is wrong with it.
-    pub fn check(&self) -> Result<(), String> {
-        let templates = [
-            ("--submit", &self.submit, &NAMES[..]),
-            ("--poll", &self.poll, &["ticket"]),
-            ("--end", &self.cancel, &["ticket"]),
-        ];
-        for (option, template, names) in templates {
-            let Some(template) = template else { continue };
-            if let Some(name) = template.unknown(names) {
-                let names: Vec<String> = names.iter().map(|name| format!("{{{name}}}")).collect();
-                return Err(format!("{option}: found {{{name}}}; allowed: {}", names.join(", ")));
-            }
-        }
-        match &self.submit {
-            Some(submit) if !submit.uses("case") => Err(
-                "--submit: found no {case}; allowed: a command with {case}, which runs the case"
-                    .into(),
-            ),
-            _ => Ok(()),
-        }
-    }
-
     /// Words of the command that runs a group.
     fn case_words(&self, group: &Group) -> Vec<String> {
         let program = self.program.display().to_string();
@@ -130,10 +103,9 @@ impl Processes {
         let words = self.setup.words(group, &self.setup.places[place]);
         let folder = self.setup.study.join("cases").join(&group.cases[0]);
         let log = folder.join(LOG);
-        let file =
-            File::create(&log).map_err(|source| StudyError::Io { path: log.clone(), source })?;
-        let other =
-            file.try_clone().map_err(|source| StudyError::Io { path: log.clone(), source })?;
+        let unwritten = |source| StudyError::from(WriteError { path: log.clone(), source });
+        let file = create_log(&log).map_err(StudyError::from)?;
+        let other = file.try_clone().map_err(unwritten)?;
         let mut command = Command::new(&words[0]);
         command.args(&words[1..]).current_dir(&self.setup.study).stdout(file).stderr(other);
         // The input stays open as long as this process lives; a tied run stops when it ends.

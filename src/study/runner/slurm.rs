@@ -70,18 +70,25 @@ impl Slurm {
             all.and_then(|all| all.into_iter().reduce(f64::max))
         };
         let threads = groups.iter().map(|g| g.threads).max().unwrap_or(1);
-        let mut text = format!(
-            "#!/bin/sh\n#SBATCH --job-name={name}\n#SBATCH --array=0-{}\n#SBATCH --cpus-per-task={threads}\n\
-             #SBATCH --signal=B:TERM@{SIGNAL_S}\n#SBATCH --output={FOLDER}/{name}-%a.log\n#SBATCH --open-mode=append\n",
-            groups.len().saturating_sub(1)
-        );
-        // Writing to a string cannot fail.
+        let mut directives = vec![
+            ("job-name", name.to_owned()),
+            ("array", format!("0-{}", groups.len().saturating_sub(1))),
+            ("cpus-per-task", threads.to_string()),
+            ("signal", format!("B:TERM@{SIGNAL_S}")),
+            ("output", format!("{FOLDER}/{name}-%a.log")),
+            ("open-mode", "append".to_owned()),
+        ];
         if let Some(megabytes) = most(|g| g.memory_mb) {
-            let _ = writeln!(text, "#SBATCH --mem={:.0}M", (MEMORY_FACTOR * megabytes).ceil());
+            directives.push(("mem", format!("{:.0}M", (MEMORY_FACTOR * megabytes).ceil())));
         }
         if let Some(seconds) = most(|g| g.seconds) {
             let minutes = (TIME_FACTOR * seconds / 60.0).ceil().max(MINUTES_MIN);
-            let _ = writeln!(text, "#SBATCH --time={minutes:.0}");
+            directives.push(("time", format!("{minutes:.0}")));
+        }
+        let mut text = "#!/bin/sh\n".to_owned();
+        // Writing to a string cannot fail.
+        for (name, value) in directives {
+            let _ = writeln!(text, "#SBATCH --{name}={value}");
         }
         for option in &self.setup.options {
             let _ = writeln!(text, "#SBATCH {option}");

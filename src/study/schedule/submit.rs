@@ -91,21 +91,17 @@ impl Schedule<'_, '_> {
         };
         let id = job.case.id.clone();
         let process = holder.process.as_ref().map(|process| process.id);
-        match process.filter(|_| !ordered && holder.place == Place::Here) {
-            Some(process) => {
-                if self.asked.insert(id.clone(), process) != Some(process) {
-                    let text = "still works in its folder: asked to end, waited for";
-                    (self.say)(&format!("{id}: {holder} {text}"));
-                    // A process that cannot be asked is waited for as well.
-                    let _ = request_stop(process);
-                }
+        if let Some(process) = process.filter(|_| !ordered && holder.place == Place::Here) {
+            if self.asked.insert(id.clone(), process) != Some(process) {
+                let text = "still works in its folder: asked to end, waited for";
+                (self.say)(&format!("{id}: {holder} {text}"));
+                // A process that cannot be asked is waited for as well.
+                let _ = request_stop(process);
             }
-            None if self.jobs[k].told != WAITED_FOR => {
-                let remedy = holder.remedy();
-                (self.say)(&format!("{id}: {holder} works in its folder, waited for; {remedy}"));
-                self.jobs[k].told = WAITED_FOR.into();
-            }
-            None => {}
+        } else if self.jobs[k].told != WAITED_FOR {
+            let remedy = holder.remedy();
+            (self.say)(&format!("{id}: {holder} works in its folder, waited for; {remedy}"));
+            self.jobs[k].told = WAITED_FOR.into();
         }
         false
     }

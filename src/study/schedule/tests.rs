@@ -97,7 +97,7 @@ fn a_task_that_is_listed_as_running_for_ever_is_cancelled_and_submitted_again() 
     };
     execute(&cases, how, &say).unwrap();
     assert_eq!((runner.submitted, runner.cancelled.len()), (2, 4));
-    let said = said.into_inner().unwrap();
+    let said = said.lock().unwrap().clone();
     assert!(said.contains("a: listed as running"), "{said}");
     assert!(said.contains("b: listed as running") && said.contains("submitted 2 times"), "{said}");
     let text = fs::read_to_string(study.join("runner.json")).unwrap();

@@ -31,7 +31,7 @@ fn command(folder: &Path, out: &str, restart: bool) -> Command {
 
 /// Runs the scene into `out` and kills it when it has two checkpoints.
 fn kill_with_checkpoints(folder: &Path) {
-    let mut child = command(folder, "out", false).spawn().unwrap();
+    let mut child = command(folder, "out", false).arg("--overwrite").spawn().unwrap();
     while !folder.join("out/checkpoint-1.bin").exists() {
         std::thread::sleep(Duration::from_millis(5));
     }

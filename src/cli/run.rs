@@ -99,6 +99,7 @@ impl From<RunError> for Failure {
             | RunError::Checkpoint(_)
             | RunError::Refused { .. }
             | RunError::Foreign { .. }
+            | RunError::AlreadyComplete { .. }
             | RunError::Unfinished { .. } => Exit::Input,
             RunError::Solver { cause, .. } => match **cause {
                 SimulationError::Setup(_) | SimulationError::NoTouch { .. } => Exit::Input,
@@ -158,6 +159,7 @@ fn solve(args: &RunArgs, plan: &Plan) -> Result<RunRecord, RunError> {
         notify: (!args.quiet).then_some(&tell as &dyn Fn(&str)),
         auto: args.auto,
         break_lock: args.break_lock,
+        keep_complete: false,
         report: args.report.into(),
         stop: stop::request().clone(),
     };

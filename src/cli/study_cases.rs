@@ -18,7 +18,7 @@ use crate::study::file::Study;
 use crate::study::follow::with_leaders;
 use crate::study::prepare::prepare;
 use crate::study::runner::tickets::{Ticket, Tickets};
-use crate::study::schedule::{self, Execution, execute};
+use crate::study::schedule::{self, Execution, Left, execute};
 use crate::study::states::{State, States, mixture, refuse_other_runs, states};
 
 /// Prepares, runs and compares the cases of a study.
@@ -74,7 +74,7 @@ pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> 
         stop,
         runner: &mut *runner,
     };
-    execute(&open, how, &|line| out!("{line}"))?;
+    let left = execute(&open, how, &|line| out!("{line}"))?;
     drop(section);
     if stop.is_requested() {
         out!(
@@ -88,11 +88,12 @@ pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> 
         return Ok(Exit::Stopped);
     }
     if args.runner.detach {
+        let Left { submitted, waiting, not_done } = left;
         out!(
-            "submitted; the same command continues; state: kanagata study {} --status",
-            output.display()
+            "{submitted} cases submitted, {waiting} wait for a later command, {not_done} of the others not done"
         );
-        return Ok(Exit::Done);
+        out!("the same command continues; state: kanagata study {} --status", output.display());
+        return Ok(if not_done == 0 { Exit::Done } else { Exit::NoConvergence });
     }
     compared(args, study, &all, &open)
 }

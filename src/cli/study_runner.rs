@@ -75,7 +75,7 @@ pub struct RunnerArgs {
     #[arg(long, conflicts_with = "detach")]
     pub(super) emit: bool,
     /// Ask all submitted cases to end; they save checkpoints
-    #[arg(long, conflicts_with_all = ["detach", "emit"])]
+    #[arg(long, conflicts_with_all = ["detach", "emit", "only", "prepare", "collect", "status"])]
     pub(super) cancel: bool,
 }
 
@@ -126,7 +126,7 @@ impl RunnerArgs {
                 .with_file_name(format!("kanagata-solve{}", std::env::consts::EXE_SUFFIX)),
         };
         if self.runner == RunnerKind::Slurm {
-            let options = self.sbatch_options(file);
+            let options = self.sbatch_options(file)?;
             return Ok(Box::new(Slurm::new(slurm::Setup { study, program, options, again })));
         }
         if self.is_local() && (self.detach || self.submit.is_some()) {
@@ -155,7 +155,10 @@ impl RunnerArgs {
     }
 
     /// Options of sbatch: those of the study file, then those of the command line, which count more.
-    fn sbatch_options(&self, file: Option<&Study>) -> Vec<String> {
+    ///
+    /// # Errors
+    /// Exit code 2 for a text that is no option: it would be a line of a shell script.
+    fn sbatch_options(&self, file: Option<&Study>) -> Result<Vec<String>, Failure> {
         let slurm = file.and_then(|study| study.slurm.clone()).unwrap_or_default();
         let named = |name: &str, own: &Option<String>, given: &Option<String>| {
             given.as_ref().or(own.as_ref()).map(|value| format!("--{name}={value}"))
@@ -163,7 +166,14 @@ impl RunnerArgs {
         let account = named("account", &slurm.account, &self.account);
         let partition = named("partition", &slurm.partition, &self.partition);
         let more = slurm.options.iter().chain(&self.sbatch).cloned();
-        account.into_iter().chain(partition).chain(more).collect()
+        let options: Vec<String> = account.into_iter().chain(partition).chain(more).collect();
+        let is_option = |text: &&String| text.starts_with('-') && !text.contains(char::is_control);
+        match options.iter().find(|text| !is_option(text)) {
+            None => Ok(options),
+            Some(text) => Err(Failure::input(format!(
+                "options of sbatch (`slurm` of the study, --sbatch): found {text:?}; allowed: one option each, with its dashes"
+            ))),
+        }
     }
 }
 

@@ -67,6 +67,12 @@ pub enum RunError {
         /// How to continue it.
         restart: Restart,
     },
+    /// The folder holds a run of the same inputs by this build that is done and must be kept.
+    #[error("{}: a run of the same inputs is done here; allowed: another folder, or to replace it (`overwrite`)", folder.display())]
+    AlreadyComplete {
+        /// The run folder.
+        folder: PathBuf,
+    },
     /// The folder holds no run, but files that a run would replace.
     #[error(
         "{}: no run of this program was in this folder, and one would replace {} there; use another folder, or allow that (`overwrite`)", folder.display(), found.display()

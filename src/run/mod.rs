@@ -88,6 +88,8 @@ pub struct RunOptions<'a> {
     pub restart: bool,
     /// Replace a stopped run of the same inputs in the folder. Without it such a folder is refused.
     pub overwrite: bool,
+    /// Refuse to replace a run of the same inputs by this build that is done, also one that has ended since it was looked for.
+    pub keep_complete: bool,
     /// Receives a message about results of an earlier run, before they are replaced.
     pub notify: Option<&'a dyn Fn(&str)>,
     /// Exclude tool patches that the sheet cannot touch, which does not change results.
@@ -117,6 +119,9 @@ pub fn run(
     let Prepared { mut simulation, guard, findings, holders, excluded_patches } =
         prepare(plan, scene_path, options.auto)?;
     let lock = lock_folder(output, options)?;
+    if options.keep_complete && completed(output, plan).is_some() {
+        return Err(RunError::AlreadyComplete { folder: output.to_path_buf() });
+    }
     let section = options.stop.section();
     simulation.set_cancel(options.stop.clone());
     let run = Run { plan, scene_path, output, options, guard, start, lock };

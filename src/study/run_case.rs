@@ -100,16 +100,24 @@ pub fn run_case(
     };
     outcome::forget(folder);
     let output = folder.join("run");
-    let options = RunOptions { restart: false, overwrite: true, ..options };
+    let options = RunOptions { restart: false, overwrite: true, keep_complete: true, ..options };
     if restart {
         let resumed = RunOptions { restart: true, overwrite: false, ..options.clone() };
         match crate::run::run(&plan, &scene, &output, &resumed, watch) {
             // It was stopped before its first checkpoint, or that is damaged.
             Err(RunError::Checkpoint(_)) => {}
-            ended => return Ok(CaseEnd::Run(Box::new(ended?))),
+            ended => return case_end(ended),
         }
     }
-    Ok(CaseEnd::Run(Box::new(crate::run::run(&plan, &scene, &output, &options, watch)?)))
+    case_end(crate::run::run(&plan, &scene, &output, &options, watch))
+}
+
+/// A run that another process has completed since the proof was read is as good as an own one.
+fn case_end(ended: Result<RunRecord, RunError>) -> Result<CaseEnd, CaseError> {
+    match ended {
+        Err(RunError::AlreadyComplete { .. }) => Ok(CaseEnd::AlreadyDone),
+        ended => Ok(CaseEnd::Run(Box::new(ended?))),
+    }
 }
 
 /// Folder of another case of the same study.

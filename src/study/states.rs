@@ -8,6 +8,7 @@ use super::case::Case;
 use super::inputs::{Digests, folder_of, inputs};
 use super::outcome;
 use super::proof::{Proof, proof};
+use super::runner::tickets::Tickets;
 use crate::files::Input;
 use crate::report::record::RunRecord;
 use crate::run::lock;
@@ -68,6 +69,13 @@ pub fn states(cases: &[Case], folder: &Path) -> States {
     let digests = Digests::default();
     let own: States = cases.iter().map(|c| (c.id.clone(), entry(c, folder, &digests))).collect();
     let mut all = own.clone();
+    let tickets = Tickets::read(folder);
+    for (id, entry) in all.iter_mut().filter(|(_, entry)| entry.state == State::Waiting) {
+        let reason = tickets.cases.get(id).and_then(|submission| submission.gave_up.clone());
+        if reason.is_some() {
+            *entry = Entry::new(State::Failed, reason);
+        }
+    }
     for case in cases {
         let Some((leader, reason)) = stale_leader(case, cases, &own) else { continue };
         if let Some(entry) = all.get_mut(&case.id).filter(|e| e.state == State::Done) {

@@ -10,7 +10,7 @@ use super::inputs::folder_of;
 use super::outcome;
 use super::prepare::Order;
 use super::proof::Proof;
-use super::runner::tickets::Tickets;
+use super::runner::tickets::{Submission, Tickets};
 use crate::run::lock;
 use crate::run::status::status as run_status;
 
@@ -60,12 +60,13 @@ pub fn status(folder: &Path) -> Result<Vec<CaseStatus>, StudyError> {
     let tickets = Tickets::read(folder);
     let of = |name: String| {
         let submission = tickets.cases.get(&name).cloned().unwrap_or_default();
-        case_status(folder, name, submission.ticket.is_some(), submission.tries)
+        case_status(folder, name, &submission)
     };
     Ok(order.ranks.into_iter().flatten().map(of).collect())
 }
 
-fn case_status(study: &Path, name: String, submitted: bool, tries: usize) -> CaseStatus {
+fn case_status(study: &Path, name: String, submission: &Submission) -> CaseStatus {
+    let (submitted, tries) = (submission.ticket.is_some(), submission.tries);
     let folder = folder_of(study, &name);
     let run = folder.join("run");
     let mut status = CaseStatus {
@@ -95,6 +96,7 @@ fn case_status(study: &Path, name: String, submitted: bool, tries: usize) -> Cas
             (CaseState::Failed, outcome.map(|o| o.message).or(message))
         }
         _ if submitted => (status.state, None),
+        _ if submission.gave_up.is_some() => (CaseState::Failed, submission.gave_up.clone()),
         _ => match outcome {
             Some(outcome) if matches!(outcome.exit, 2 | 4) => {
                 (CaseState::Failed, Some(outcome.message))

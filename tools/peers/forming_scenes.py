@@ -297,7 +297,7 @@ def main():
         out = args.folder / name / "run"
         shutil.rmtree(out, ignore_errors=True)
         done = subprocess.run(
-            [args.programs / "kanagata-solve", "run", path, "-o", out, "--threads", "1"],
+            [args.programs / "kanagata-solve", "run", path, "-o", out, "--overwrite", "--threads", "1"],
             capture_output=True, text=True,
         )
         if done.returncode != 0:

@@ -79,6 +79,11 @@ pub trait Runner {
     /// Whether its tickets outlive this process.
     fn outlives(&self) -> bool;
 
+    /// Whether a ticket may seem gone while the engine is only silent.
+    fn may_be_silent(&self) -> bool {
+        false
+    }
+
     /// Interval between calls of [`Runner::poll`].
     fn interval(&self) -> Duration;
 

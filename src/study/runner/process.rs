@@ -17,6 +17,9 @@ use crate::study::StudyError;
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// Interval between questions to an engine.
 const ENGINE_INTERVAL: Duration = Duration::from_secs(5);
+/// Submissions in a row that fail before the engine counts as refusing them: its exit code does not tell a server that is
+/// restarted from a wrong option. At the interval above it is about a minute.
+const FAILURES_MAX: usize = 10;
 /// File in the folder of a case that receives the output of its command.
 const LOG: &str = "case.log";
 /// Names in the template of a submission.
@@ -84,13 +87,17 @@ struct Running {
 pub struct Processes {
     setup: Setup,
     running: Vec<Running>,
+    /// Tickets of earlier processes that were alive when last asked for.
+    elsewhere: usize,
+    /// Submissions that failed in a row.
+    failures: usize,
 }
 
 impl Processes {
     /// A runner without processes.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
-        Self { setup, running: Vec::new() }
+        Self { setup, running: Vec::new(), elsewhere: 0, failures: 0 }
     }
 
     /// Index of a place without a process.
@@ -120,15 +127,26 @@ impl Processes {
     }
 
     /// Hands a group over to an engine and returns its ticket.
-    fn hand_over(&self, group: &Group) -> Result<Ticket, EngineError> {
+    fn hand_over(&mut self, group: &Group) -> Result<Ticket, EngineError> {
         let words = self.setup.words(group, "");
         let output = output(&words, &self.setup.study)?;
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         let last = text.split_whitespace().last().filter(|_| output.status.success());
-        match last {
-            Some(id) => Ok(Ticket { id: id.to_owned(), task: 0 }),
-            None => Err(EngineError::NoAnswer(failure(&words, &output))),
+        if let Some(id) = last {
+            self.failures = 0;
+            return Ok(Ticket { id: id.to_owned(), task: 0 });
         }
+        if output.status.success() {
+            let reason = format!("`{}` printed no ticket", joined(&words));
+            return Err(EngineError::Refused(reason));
+        }
+        self.failures += 1;
+        let why = failure(&words, &output);
+        Err(if self.failures < FAILURES_MAX {
+            EngineError::NoAnswer(why)
+        } else {
+            EngineError::Refused(why)
+        })
     }
 
     /// State of a ticket that an engine or an earlier process has.
@@ -136,7 +154,8 @@ impl Processes {
         if let Some(poll) = &self.setup.poll {
             let words = poll.words(&[], &Values::from([("ticket", ticket.id.clone())]));
             let known = output(&words, &self.setup.study)?.status.success();
-            return Ok(if known { TicketState::Running } else { TicketState::Gone });
+            // In the queue or at work: its exit code does not tell.
+            return Ok(if known { TicketState::Waiting(None) } else { TicketState::Gone });
         }
         let process: Option<Process> = serde_json::from_str(&ticket.id).ok();
         Ok(match process.and_then(|process| alive(&process)) {
@@ -156,7 +175,7 @@ impl Runner for Processes {
         if self.setup.poll.is_some() {
             usize::MAX
         } else {
-            self.setup.places.len() - self.running.len()
+            self.setup.places.len().saturating_sub(self.running.len() + self.elsewhere)
         }
     }
 
@@ -166,6 +185,10 @@ impl Runner for Processes {
 
     fn outlives(&self) -> bool {
         !self.setup.tied || self.setup.poll.is_some()
+    }
+
+    fn may_be_silent(&self) -> bool {
+        self.setup.poll.is_some()
     }
 
     fn interval(&self) -> Duration {
@@ -195,9 +218,12 @@ impl Runner for Processes {
 
     fn poll(&mut self, tickets: &[Ticket]) -> Result<Vec<TicketState>, EngineError> {
         let mut states = Vec::new();
+        self.elsewhere = 0;
         for ticket in tickets {
             let Some(k) = self.running.iter().position(|r| r.ticket == *ticket) else {
-                states.push(self.state_elsewhere(ticket)?);
+                let state = self.state_elsewhere(ticket)?;
+                self.elsewhere += usize::from(state == TicketState::Running);
+                states.push(state);
                 continue;
             };
             let status = self.running[k].child.try_wait();
@@ -211,12 +237,16 @@ impl Runner for Processes {
     }
 
     fn cancel(&mut self, tickets: &[Ticket]) -> Result<(), EngineError> {
+        if self.setup.poll.is_some() && self.setup.cancel.is_none() {
+            return Err(EngineError::Refused("no command is given that ends a ticket".into()));
+        }
+        let mut first = None;
         for ticket in tickets {
             if let Some(cancel) = &self.setup.cancel {
                 let words = cancel.words(&[], &Values::from([("ticket", ticket.id.clone())]));
                 let output = output(&words, &self.setup.study)?;
                 if !output.status.success() {
-                    return Err(EngineError::NoAnswer(failure(&words, &output)));
+                    first.get_or_insert_with(|| failure(&words, &output));
                 }
             } else if let Some(process) = serde_json::from_str::<Process>(&ticket.id).ok()
                 && alive(&process) == Some(true)
@@ -229,7 +259,7 @@ impl Runner for Processes {
                 }
             }
         }
-        Ok(())
+        first.map_or(Ok(()), |why| Err(EngineError::NoAnswer(why)))
     }
 
     fn emit(&self, groups: &[Group]) -> String {

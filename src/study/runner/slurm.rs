@@ -125,8 +125,18 @@ impl Slurm {
     }
 
     /// Submits a written array that starts after `after`.
-    fn submit_array(&mut self, name: &str, after: &[Ticket]) -> Result<(), EngineError> {
-        let mut arguments = vec!["--parsable".to_owned()];
+    fn submit_array(
+        &mut self,
+        name: &str,
+        tasks: usize,
+        after: &[Ticket],
+    ) -> Result<(), EngineError> {
+        // On the command line they count more than variables of the environment and options of the user.
+        let mut arguments = vec![
+            "--parsable".to_owned(),
+            format!("--job-name={name}"),
+            format!("--array=0-{}", tasks.saturating_sub(1)),
+        ];
         let mut jobs: Vec<&str> =
             after.iter().filter_map(|t| self.jobs.get(&t.id)).map(String::as_str).collect();
         jobs.sort_unstable();
@@ -153,11 +163,13 @@ impl Slurm {
 
     /// Output of a program of Slurm.
     fn command(&self, program: &str, arguments: &[String]) -> Result<Output, EngineError> {
-        let done = Command::new(program)
-            .args(arguments)
-            .current_dir(&self.setup.study)
-            .stdin(Stdio::null())
-            .output();
+        let mut command = Command::new(program);
+        // Filters of the user's own lists would hide tickets.
+        for variable in ["USERS", "PARTITION", "ACCOUNT", "STATES", "NAMES"] {
+            command.env_remove(format!("SQUEUE_{variable}"));
+        }
+        let done =
+            command.args(arguments).current_dir(&self.setup.study).stdin(Stdio::null()).output();
         done.map_err(|source| StudyError::Start { path: program.into(), source }.into())
     }
 
@@ -197,13 +209,26 @@ impl Runner for Slurm {
         after: &[Ticket],
         record: Record<'_>,
     ) -> Result<Vec<Ticket>, EngineError> {
+        if let Some(ticket) = after.iter().find(|ticket| !self.jobs.contains_key(&ticket.id)) {
+            return Err(EngineError::NoAnswer(format!(
+                "the job of {} is not known yet",
+                ticket.id
+            )));
+        }
         let mut tickets = Vec::new();
         for (k, array) in groups.chunks(TASKS_MAX).enumerate() {
             let name = self.new_name(k);
             self.write(&name, array)?;
             tickets.extend((0..array.len()).map(|task| Ticket { id: name.clone(), task }));
             record(&tickets)?;
-            self.submit_array(&name, after)?;
+            if let Err(error) = self.submit_array(&name, array.len(), after) {
+                if matches!(error, EngineError::Refused(_)) {
+                    // Its tickets do not exist.
+                    tickets.truncate(k * TASKS_MAX);
+                    record(&tickets)?;
+                }
+                return Err(error);
+            }
         }
         Ok(tickets)
     }
@@ -213,7 +238,7 @@ impl Runner for Slurm {
             return Ok(Vec::new());
         }
         let names = Self::names(tickets).join(",");
-        let arguments = ["-h", "-r", "-t", "all", "-o", "%F|%K|%T|%j|%r", "-n", &names];
+        let arguments = ["-a", "-h", "-r", "-t", "all", "-o", "%F|%K|%T|%j|%r", "-n", &names];
         let output = self.command("squeue", &arguments.map(str::to_owned))?;
         if !output.status.success() {
             return Err(EngineError::NoAnswer(failure("squeue", &output)));
@@ -238,6 +263,7 @@ impl Runner for Slurm {
             Some(tasks) if !tasks.is_empty() => tasks,
             _ => Self::names(tickets).into_iter().map(|name| format!("--name={name}")).collect(),
         };
+        let mut first = None;
         for arguments in arguments.chunks(TASKS_MAX) {
             // A name is an option of its own call.
             let calls: Vec<&[String]> = if arguments[0].starts_with("--") {
@@ -248,11 +274,11 @@ impl Runner for Slurm {
             for call in calls {
                 let output = self.command("scancel", call)?;
                 if !output.status.success() {
-                    return Err(EngineError::NoAnswer(failure("scancel", &output)));
+                    first.get_or_insert_with(|| failure("scancel", &output));
                 }
             }
         }
-        Ok(())
+        first.map_or(Ok(()), |why| Err(EngineError::NoAnswer(why)))
     }
 
     fn emit(&self, groups: &[Group]) -> String {

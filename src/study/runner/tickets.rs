@@ -31,6 +31,9 @@ pub struct Submission {
     /// Increments of the run at the last submission.
     #[serde(default)]
     pub increment: usize,
+    /// Why the case was given up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gave_up: Option<String>,
 }
 
 /// The submissions of a study.

@@ -17,7 +17,7 @@ use super::follow::ranks;
 use super::groups::groups;
 use super::inputs::{Digests, folder_of};
 use super::runner::tickets::{Submission, Ticket, Tickets};
-use super::runner::{EngineError, Runner};
+use super::runner::{EngineError, Runner, TicketState};
 use super::states::{Entry, State, States};
 use crate::cancel::Cancel;
 use crate::report::record::RunRecord;
@@ -65,10 +65,22 @@ pub fn execute<'a>(
     cases: &'a [Case],
     how: Execution<'a>,
     say: &'a (dyn Fn(&str) + Sync),
-) -> Result<(), StudyError> {
+) -> Result<Left, StudyError> {
     let mut schedule = Schedule::new(cases, how, say)?;
     schedule.settle_all_before();
-    schedule.run()
+    schedule.run()?;
+    Ok(schedule.left())
+}
+
+/// What an execution has left open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Left {
+    /// Cases with a ticket.
+    pub submitted: usize,
+    /// Cases that wait: for those that they follow, or for a place.
+    pub waiting: usize,
+    /// Cases that are settled and not done.
+    pub not_done: usize,
 }
 
 /// Exclusive use of a study's folder until the lock is dropped; with `break_lock` also from a study that is not known to be
@@ -96,13 +108,17 @@ pub fn cancel(
     if name != runner.name() {
         return Err(other_runner(folder, name, runner));
     }
-    // The engine's numbers of the jobs are learned first.
-    let done = runner.poll(tickets).and_then(|_| runner.cancel(tickets));
+    // The engine's numbers of the jobs are learned first; it refuses to end what has ended.
+    let done = runner.poll(tickets).and_then(|states| {
+        let of_work = |s: &TicketState| matches!(s, TicketState::Waiting(_) | TicketState::Running);
+        let open = tickets.iter().zip(states).filter(|(_, state)| of_work(state));
+        let open: Vec<Ticket> = open.map(|(ticket, _)| ticket.clone()).collect();
+        if open.is_empty() { Ok(()) } else { runner.cancel(&open) }
+    });
     done.map_err(|error| match error {
         EngineError::Study(error) => error,
-        EngineError::NoAnswer(reason) | EngineError::Refused(reason) => {
-            StudyError::NoAnswer { runner: runner.name(), reason }
-        }
+        EngineError::NoAnswer(reason) => StudyError::NoAnswer { runner: runner.name(), reason },
+        EngineError::Refused(reason) => StudyError::Refused { runner: runner.name(), reason },
     })
 }
 
@@ -143,6 +159,8 @@ struct Job<'a> {
     /// Index of the case that it follows, if that is in the schedule; smaller than its own.
     leader: Option<usize>,
     submission: Submission,
+    /// Whether its ticket is of an earlier execution.
+    inherited: bool,
     /// Messages about its ticket that were given.
     told: String,
 }
@@ -158,6 +176,10 @@ struct Schedule<'a, 'b> {
     silence: String,
     /// When a run of a running ticket was last seen at work or ended.
     at_work: HashMap<Ticket, Instant>,
+    /// Since when a ticket that may only be hidden has not been known.
+    gone_since: HashMap<Ticket, Instant>,
+    /// Whether `runner.json` had tickets.
+    inherited: bool,
     /// Processes asked to end, by their folder's case.
     asked: HashMap<String, u32>,
 }
@@ -185,8 +207,12 @@ impl<'a, 'b> Schedule<'a, 'b> {
                     phase: Phase::Open,
                     leader: case.follows.as_deref().and_then(|id| index.get(id).copied()),
                     submission: known.cases.remove(&case.id).unwrap_or_default(),
+                    inherited: false,
                     told: String::new(),
                 });
+                if let Some(job) = jobs.last_mut() {
+                    job.inherited = job.submission.ticket.is_some();
+                }
             }
         }
         Ok(Self {
@@ -197,6 +223,8 @@ impl<'a, 'b> Schedule<'a, 'b> {
             digests: Digests::default(),
             silence: String::new(),
             at_work: HashMap::new(),
+            gone_since: HashMap::new(),
+            inherited: open,
             asked: HashMap::new(),
         })
     }
@@ -227,9 +255,13 @@ impl<'a, 'b> Schedule<'a, 'b> {
             State::Failed if entry.lacks_files => failed(job, &reason),
             State::Failed if !self.how.again => failed(job, &reason),
             State::Stale if entry.lacks_files => failed(job, &reason),
+            State::Stale if self.how.renew => job.submission = Submission::default(),
             _ if self.how.again => job.submission = Submission::default(),
             _ if job.submission.tries >= self.how.max_tries => {
-                let reason = format!("submitted {} times without progress", job.submission.tries);
+                let tries = job.submission.tries;
+                let reason = job.submission.gave_up.clone();
+                let reason =
+                    reason.unwrap_or_else(|| format!("submitted {tries} times without progress"));
                 failed(job, &reason);
             }
             _ => {}
@@ -270,6 +302,17 @@ impl<'a, 'b> Schedule<'a, 'b> {
         Err(StudyError::NoAnswer { runner: self.how.runner.name(), reason: self.silence.clone() })
     }
 
+    fn left(&self) -> Left {
+        let count = |of: &dyn Fn(&Job<'_>) -> bool| self.jobs.iter().filter(|job| of(job)).count();
+        let is_open = |job: &Job<'_>| job.phase == Phase::Open;
+        let submitted = count(&|job| is_open(job) && job.submission.ticket.is_some());
+        Left {
+            submitted,
+            waiting: count(&is_open) - submitted,
+            not_done: count(&|job| !is_open(job) && job.phase != Phase::Settled(State::Done)),
+        }
+    }
+
     fn has_tickets(&self) -> bool {
         self.jobs.iter().any(|job| job.phase == Phase::Open && job.submission.ticket.is_some())
     }
@@ -302,8 +345,10 @@ impl<'a, 'b> Schedule<'a, 'b> {
     }
 
     fn write(&self) -> Result<(), StudyError> {
-        if self.how.runner.outlives() {
-            return write(&self.jobs, self.how.lock, self.how.runner.name(), self.how.folder);
+        let keeps = self.how.runner.outlives();
+        if keeps || self.inherited {
+            let (lock, name) = (self.how.lock, self.how.runner.name());
+            return write(&self.jobs, keeps, lock, name, self.how.folder);
         }
         Ok(())
     }
@@ -320,16 +365,25 @@ fn increments(study: &Path, case: &Case) -> usize {
 ///
 /// # Errors
 /// [`StudyError::LockLost`] when another study has taken the folder, [`StudyError::Write`].
-fn write(jobs: &[Job<'_>], lock: &Lock, runner: &str, folder: &Path) -> Result<(), StudyError> {
+fn write(
+    jobs: &[Job<'_>],
+    keeps: bool,
+    lock: &Lock,
+    runner: &str,
+    folder: &Path,
+) -> Result<(), StudyError> {
     let lost = |lost: Lost| StudyError::LockLost { folder: folder.into(), found: lost.found };
     lock.check().map_err(lost)?;
     let mut tickets = Tickets::read(folder);
     tickets.runner = runner.to_owned();
     for job in jobs {
-        if job.submission == Submission::default() {
+        let mut own = job.submission.clone();
+        // A ticket that ends with this process is not kept.
+        own.ticket = own.ticket.filter(|_| keeps || job.inherited);
+        if own == Submission::default() {
             tickets.cases.remove(&job.case.id);
         } else {
-            tickets.cases.insert(job.case.id.clone(), job.submission.clone());
+            tickets.cases.insert(job.case.id.clone(), own);
         }
     }
     Ok(tickets.write(folder)?)

@@ -1,7 +1,7 @@
 //! Settles cases: by the states of their tickets and by the proof in their folders.
 
 use std::collections::HashMap;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::{Phase, Schedule, increments};
 use crate::study::StudyError;
@@ -11,6 +11,9 @@ use crate::study::runner::tickets::{Submission, Ticket};
 use crate::study::runner::{EngineError, TicketState};
 use crate::study::states::{State, entry};
 
+/// Time for which an engine of which an exit code is all that is known must not know a ticket before it counts as gone: a
+/// server is restarted meanwhile.
+const GONE_GRACE: Duration = Duration::from_secs(60);
 /// Mark of a case whose task runs.
 const RUNNING: &str = "running";
 
@@ -33,6 +36,7 @@ impl Schedule<'_, '_> {
         let polled = self.how.runner.poll(&tickets);
         let Some(states) = self.answer(polled)? else { return Ok(()) };
         let states: HashMap<Ticket, TicketState> = tickets.into_iter().zip(states).collect();
+        self.gone_since.retain(|ticket, _| states.get(ticket) == Some(&TicketState::Gone));
         let (mut changed, mut running) = (false, Vec::new());
         for (k, ticket) in open {
             changed |= match &states[&ticket] {
@@ -45,6 +49,7 @@ impl Schedule<'_, '_> {
                     self.settle_proved(k, &ticket)
                 }
                 TicketState::Ended { reason, retry } => self.settle_ended(k, reason, *retry),
+                TicketState::Gone if self.may_be_hidden(k, &ticket) => false,
                 TicketState::Gone => self.settle_ended(k, "its ticket is gone", true),
             };
         }
@@ -111,6 +116,21 @@ impl Schedule<'_, '_> {
         entry.state == State::Done
     }
 
+    /// Whether a ticket may only seem gone: its engine may be silent, and nothing shows that the case has ended.
+    fn may_be_hidden(&mut self, k: usize, ticket: &Ticket) -> bool {
+        if !self.how.runner.may_be_silent() {
+            return false;
+        }
+        let folder = folder_of(self.how.folder, &self.jobs[k].case.id);
+        let entry = entry(self.jobs[k].case, self.how.folder, &self.digests);
+        let ended = matches!(entry.state, State::Done | State::Failed);
+        if ended || outcome::read(&folder).is_some() {
+            return false;
+        }
+        let since = *self.gone_since.entry(ticket.clone()).or_insert_with(Instant::now);
+        since.elapsed() < GONE_GRACE
+    }
+
     /// Opens the cases of running tickets again in whose folders nothing has been at work for too long. True if there are
     /// any.
     fn settle_stalled(&mut self, running: &[Ticket]) -> Result<bool, StudyError> {
@@ -149,6 +169,14 @@ impl Schedule<'_, '_> {
             // Another process works in its folder.
             (State::Running, _) => return false,
             (State::Failed, _) => self.end(k, State::Failed, entry.reason),
+            (State::Stale, _) if !self.how.renew => {
+                let reason = entry.reason.map(|what| format!("its run is of other inputs: {what}"));
+                self.end(k, State::Failed, reason);
+            }
+            // Ended by a person before this command, which asks for the case again.
+            _ if !retry && self.jobs[k].inherited && !self.is_stopping() => {
+                self.jobs[k].submission.ticket = None;
+            }
             (_, Some(2 | 4)) => self.end(k, State::Failed, outcome.map(|outcome| outcome.message)),
             _ if !self.leader_is_done(k) => self.jobs[k].submission = Submission::default(),
             // A client that a stop has ended (ssh) does not report the exit code 5 of its solver.
@@ -184,6 +212,7 @@ impl Schedule<'_, '_> {
             (self.say)(&format!("{}: {reason}; submitted again", self.jobs[k].case.id));
         } else {
             let reason = format!("{reason}; submitted {tries} times without progress");
+            self.jobs[k].submission.gave_up = Some(reason.clone());
             self.end(k, State::Failed, Some(reason));
         }
     }

@@ -41,8 +41,14 @@ impl Schedule<'_, '_> {
         if ready.is_empty() {
             return Ok(false);
         }
-        let cases: Vec<&Case> = ready.iter().map(|&k| self.jobs[k].case).collect();
-        let mut groups = groups(&cases, self.how.folder, self.how.task_s);
+        // What was submitted without success runs alone: it does not take others with it.
+        let (again, first): (Vec<usize>, Vec<usize>) =
+            ready.iter().copied().partition(|&k| self.jobs[k].submission.tries > 0);
+        let of = |list: &[usize], task_s: f64| {
+            let cases: Vec<&Case> = list.iter().map(|&k| self.jobs[k].case).collect();
+            groups(&cases, self.how.folder, task_s)
+        };
+        let mut groups = [of(&first, self.how.task_s), of(&again, 0.0)].concat();
         groups.truncate(self.how.runner.free());
         let after: Vec<Ticket> = ready
             .iter()
@@ -64,7 +70,12 @@ impl Schedule<'_, '_> {
                     before.note(job, ticket);
                 }
             }
-            if keeps { write(jobs, lock, name, folder) } else { Ok(()) }
+            for name in groups.iter().skip(tickets.len()).flat_map(|group| &group.cases) {
+                jobs.iter_mut()
+                    .filter(|job| job.case.id == *name)
+                    .for_each(|job| before.restore(job));
+            }
+            if keeps { write(jobs, keeps, lock, name, folder) } else { Ok(()) }
         };
         let submitted = runner.submit(&groups, &after, &mut record);
         let count = self.answer(submitted)?.map_or(0, |tickets| tickets.len());
@@ -81,6 +92,10 @@ impl Schedule<'_, '_> {
             return false;
         }
         let ordered = self.how.runner.orders_dependents();
+        let is_unsent = |l: &Job<'_>| l.phase == Phase::Open && l.submission.ticket.is_none();
+        if self.leader(job).is_some_and(is_unsent) {
+            return false;
+        }
         if !ordered && !self.leader_is_done(k) {
             return false;
         }
@@ -116,7 +131,7 @@ impl Schedule<'_, '_> {
         let entry = entry(self.jobs[k].case, self.how.folder, &self.digests);
         match entry.state {
             State::Done => self.end(k, State::Done, None),
-            State::Stale if !self.how.renew && follows => {
+            State::Stale if !self.how.renew => {
                 let reason = entry.reason.map(|what| format!("its run is of other inputs: {what}"));
                 self.end(k, State::Failed, reason);
             }
@@ -129,13 +144,27 @@ impl Schedule<'_, '_> {
 /// Increments of all runs before a submission.
 struct Before {
     increments: HashMap<String, usize>,
+    submissions: HashMap<String, Submission>,
 }
 
 impl Before {
     fn of(schedule: &Schedule<'_, '_>) -> Self {
-        let of = |job: &Job<'_>| (job.case.id.clone(), increments(schedule.how.folder, job.case));
-        let open = schedule.jobs.iter().filter(|job| job.phase == Phase::Open);
-        Self { increments: open.filter(|job| job.submission.ticket.is_none()).map(of).collect() }
+        let open = || {
+            let jobs = schedule.jobs.iter().filter(|job| job.phase == Phase::Open);
+            jobs.filter(|job| job.submission.ticket.is_none())
+        };
+        let increments = |job: &Job<'_>| increments(schedule.how.folder, job.case);
+        Self {
+            increments: open().map(|job| (job.case.id.clone(), increments(job))).collect(),
+            submissions: open().map(|job| (job.case.id.clone(), job.submission.clone())).collect(),
+        }
+    }
+
+    /// Takes back the ticket of a job that was not submitted.
+    fn restore(&self, job: &mut Job<'_>) {
+        if let Some(submission) = self.submissions.get(&job.case.id) {
+            job.submission = submission.clone();
+        }
     }
 
     /// Notes the ticket of a job.
@@ -145,6 +174,8 @@ impl Before {
         }
         let increment = self.increments.get(&job.case.id).copied().unwrap_or(0);
         let tries = job.submission.tries + 1;
-        job.submission = Submission { ticket: Some(ticket.clone()), tries, increment };
+        job.inherited = false;
+        job.submission =
+            Submission { ticket: Some(ticket.clone()), tries, increment, gave_up: None };
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -73,7 +73,10 @@ pub fn prepare(
                 let new = CaseFile::new(&case.id, case.follows.clone(), inputs, threads);
                 expected.insert(&case.id, prepare_case(case, new, study, leader)?);
             }
-            Err(reason) => say(&format!("{}: not prepared: {reason}", case.id)),
+            Err(reason) => {
+                put_scene(case, study)?;
+                say(&format!("{}: not prepared: {reason}", case.id));
+            }
         }
     }
     Ok(())
@@ -87,13 +90,7 @@ fn prepare_case(
     leader: Option<Expected>,
 ) -> Result<Option<Expected>, StudyError> {
     let folder = folder_of(study, &case.id);
-    fs::create_dir_all(&folder)
-        .map_err(|source| StudyError::Folder { path: folder.clone(), source })?;
-    let scene = folder.join(SCENE);
-    let text = scene_text(case);
-    if crate::files::read(&scene, Input::Description).ok().as_deref() != Some(text.as_slice()) {
-        write_atomic(&scene, |w| w.write_all(&text))?;
-    }
+    let scene = put_scene(case, study)?;
     if let Ok(known) = CaseFile::read(&folder) {
         new.expected = known.expected;
         if known == new {
@@ -104,6 +101,19 @@ fn prepare_case(
     new.expected = expected(&scene, new.threads).or(leader);
     new.write(&folder)?;
     Ok(new.expected)
+}
+
+/// Writes the scene of a case into its folder and returns its path.
+fn put_scene(case: &Case, study: &Path) -> Result<PathBuf, StudyError> {
+    let folder = folder_of(study, &case.id);
+    fs::create_dir_all(&folder)
+        .map_err(|source| StudyError::Folder { path: folder.clone(), source })?;
+    let scene = folder.join(SCENE);
+    let text = scene_text(case);
+    if crate::files::read(&scene, Input::Description).ok().as_deref() != Some(text.as_slice()) {
+        write_atomic(&scene, |w| w.write_all(&text))?;
+    }
+    Ok(scene)
 }
 
 /// Expected resources of the run of a scene; `None` if it cannot be set up.

@@ -117,7 +117,9 @@ pub(super) fn entry(case: &Case, study: &Path, digests: &Digests) -> Entry {
             return Entry::new(State::Waiting, reason);
         }
         Err(reason) => {
-            return Entry { state: State::Failed, reason: Some(reason), lacks_files: true };
+            // A case that was never to be run has no folder.
+            let state = if folder.exists() { State::Failed } else { State::Waiting };
+            return Entry { state, reason: Some(reason), lacks_files: true };
         }
     };
     // A lock that cannot be read is an error of the run, which names it.

@@ -252,9 +252,8 @@ impl<'a, 'b> Schedule<'a, 'b> {
         let reason = entry.reason.clone().unwrap_or_default();
         match entry.state {
             State::Done => job.phase = Phase::Settled(State::Done),
-            State::Failed if entry.lacks_files => failed(job, &reason),
+            _ if entry.lacks_files => failed(job, &reason),
             State::Failed if !self.how.again => failed(job, &reason),
-            State::Stale if entry.lacks_files => failed(job, &reason),
             State::Stale if self.how.renew => job.submission = Submission::default(),
             _ if self.how.again => job.submission = Submission::default(),
             _ if job.submission.tries >= self.how.max_tries => {

@@ -106,6 +106,10 @@ fn a_case_without_progress_is_given_up_after_some_tries() {
     let (code, text, _) = slurm.study(&bends, &["--max-tries", "2"]);
     assert_eq!((code, slurm.submissions()), (3, 2), "{text}");
     assert!(text.contains("Slurm says NODE_FAIL; submitted 2 times without progress"), "{text}");
+    let (state, reason) = bends.row("a");
+    assert!(state == "failed" && reason.contains("NODE_FAIL"), "{state} {reason}");
+    let (_, status, _) = bends.study(&["--status"]);
+    assert!(status.contains("a: failed") && status.contains("without progress"), "{status}");
     // It stays given up until it is asked for again.
     let (code, text, _) = slurm.study(&bends, &["--max-tries", "2"]);
     assert_eq!((code, slurm.submissions()), (3, 2), "{text}");
@@ -149,6 +153,44 @@ fn a_submission_that_is_refused_ends_the_study() {
     assert_eq!((code, slurm.submissions()), (2, 1));
     assert!(errors.contains("refuses the submission"), "{errors}");
     assert!(errors.contains("Memory specification can not be satisfied"), "{errors}");
+    // What was never accepted costs no try.
+    for _ in 0..3 {
+        assert_eq!(slurm.study(&bends, &[]).0, 2);
+    }
+    slurm.set("refuse", false);
+    ends_well(slurm.study(&bends, &[]));
+}
+
+#[test]
+fn a_run_of_inputs_that_changed_meanwhile_is_kept_until_it_may_be_lost() {
+    let (bends, slurm) = (Bends::new(&[("a", json!({}))], 0.004), FakeSlurm::new());
+    ends_well(slurm.study(&bends, &["--detach"]));
+    until("it does not run", || increments(&bends, "a").filter(|n| *n > 1));
+    let mut study = bends.file();
+    study["scene"]["blank"]["thickness_mm"] = 0.9.into();
+    bends.put_study(&study);
+    let (code, text, errors) = slurm.study(&bends, &[]);
+    assert_eq!((code, slurm.submissions()), (3, 1), "{text}{errors}");
+    assert!(text.contains("its run is of other inputs: scene has changed"), "{text}");
+    let (code, _, errors) = slurm.study(&bends, &[]);
+    assert!(code == 2 && errors.contains("a: scene has changed"), "{errors}");
+    ends_well(slurm.study(&bends, &["--renew"]));
+    assert_eq!(slurm.submissions(), 2);
+}
+
+#[test]
+fn followers_wait_for_a_leader_that_runs_without_a_ticket() {
+    let (bends, slurm) = (Bends::twelve(0.01), FakeSlurm::new());
+    let local = bends.local_results();
+    ends_well(bends.study(&["--prepare"]));
+    let mut leader = std::process::Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
+    let mut leader = leader.arg("case").arg(bends.at("out/cases/c01")).spawn().unwrap();
+    until("it does not run", || increments(&bends, "c01").filter(|n| *n > 1));
+    ends_well(slurm.study(&bends, &[]));
+    leader.wait().unwrap();
+    // The others, and those that follow: as often as there are ranks.
+    assert!(slurm.submissions() <= 3, "{}", slurm.submissions());
+    assert!(bends.results() == local);
 }
 
 #[test]

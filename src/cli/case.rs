@@ -14,8 +14,8 @@ use crate::study::run_case::{CaseEnd, CaseError, run_case};
 
 /// Arguments of `case`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = format!("Example:\n  kanagata study fixtures/studies/bend.json -o out/bend --prepare\n  \
-    kanagata-solve case out/bend/cases/*\n\n\
+#[command(after_help = format!("Example:\n  kanagata study examples/strip/table.study.json -o out/strip --prepare\n  \
+    kanagata-solve case out/strip/cases/*\n\n\
     A case is a folder with case.json and case.scene.json. The same command may be given any number of times, by any\n\
     machine: a case that is proved done is left alone, one with a checkpoint is continued, others begin. Doubts are kept in\n\
     run.json. A case whose inputs or build are not those of case.json is refused (exit code 2).\n\

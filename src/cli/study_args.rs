@@ -12,9 +12,10 @@ use super::study_runner::RunnerArgs;
     kanagata study fixtures/studies/cross-tool.json --tools out/models -o out/study --quick\n  \
     kanagata study fixtures/studies/stability.json -o out/stability\n  \
     kanagata study fixtures/studies/patches.json -o out/patches\n\n\
-    Cases that are done are not run again; those that were stopped or killed continue from their checkpoint. A study whose\n\
-    runs are of other inputs or of another build says so and ends (exit code 2) unless --renew is given.\n\
-    The folder then holds order.json, study.csv, cost.csv, study.html, and in cases/NAME case.json, case.scene.json and run.\n\
+    Cases that are done are not run again; those that were stopped or killed continue from their\n\
+    checkpoint. A study whose runs are of other inputs or of another build ends with exit code 2\n\
+    unless --renew is given. The folder then holds order.json, study.csv, cost.csv, study.html, and in\n\
+    cases/NAME case.json, case.scene.json and run.\n\
     On a cluster: docs/guide/cluster.md.\n\n{EXIT_HELP}"))]
 pub struct StudyArgs {
     /// Study file (schemas/study.schema.json, stability.schema.json or patches.schema.json); with --status or --cancel

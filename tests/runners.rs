@@ -110,7 +110,7 @@ fn a_case_without_progress_is_given_up_after_some_tries() {
     assert!(state == "failed" && reason.contains("NODE_FAIL"), "{state} {reason}");
     let (_, status, _) = bends.study(&["--status"]);
     assert!(status.contains("a: failed") && status.contains("without progress"), "{status}");
-    // It stays given up until it is asked for again.
+    // It remains failed until it is asked for again.
     let (code, text, _) = slurm.study(&bends, &["--max-tries", "2"]);
     assert_eq!((code, slurm.submissions()), (3, 2), "{text}");
     slurm.set("fail", false);
@@ -214,7 +214,7 @@ fn cases_that_are_cancelled_leave_checkpoints_and_go_on() {
     let (code, _, errors) = bends.study(&[]);
     assert!(code == 2 && errors.contains("submitted with the runner slurm"), "{errors}");
     ends_well(slurm.study(&bends, &["--cancel"]));
-    until("it goes on", || {
+    until("it continues", || {
         let text = fs::read_to_string(bends.run_of("a").join("run.json")).ok()?;
         text.contains("\"stopped\"").then_some(())
     });

@@ -170,7 +170,8 @@ fn whatever_happens_on_slurm_the_results_are_those_of_a_local_study() {
     slurm.study(&long, &["--detach"], 0);
     until("no solver", || record(&long, "a").filter(|r| r["increments"].as_u64() > Some(5)));
     slurm.study(&long, &["--cancel"], 0);
-    let stopped = until("it goes on", || record(&long, "a").filter(|r| r["verdict"] == "stopped"));
+    let stopped =
+        until("it continues", || record(&long, "a").filter(|r| r["verdict"] == "stopped"));
     slurm.study(&long, &[], 0);
     assert!(record(&long, "a").unwrap()["increments"].as_u64() > stopped["increments"].as_u64());
     assert!(long.results() == local, "cancelled and continued");

@@ -234,7 +234,7 @@ mod processes {
         study.kill().unwrap();
         study.wait().unwrap();
         let run = lock::file_in(&bends.run_of("a"));
-        until("the solver goes on", || lock::holder(&run).unwrap().is_none().then_some(()));
+        until("the solver continues", || lock::holder(&run).unwrap().is_none().then_some(()));
         let stopped = status(&bends.run_of("a")).unwrap();
         assert_eq!(stopped.state, State::Stopped);
         go_on(&bends, &stopped);

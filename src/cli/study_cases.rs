@@ -95,6 +95,7 @@ pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> 
         out!("the same command continues; state: kanagata study {} --status", output.display());
         return Ok(if not_done == 0 { Exit::Done } else { Exit::NoConvergence });
     }
+    schedule::check_lock(&lock, output)?;
     compared(args, study, &all, &open)
 }
 

@@ -138,14 +138,16 @@ impl Drop for Group {
     }
 }
 
+/// Gives a program a process group of its own: signals of the terminal do not reach it.
 #[cfg(unix)]
-fn own_group(command: &mut Command) {
+pub fn own_group(command: &mut Command) {
     use std::os::unix::process::CommandExt as _;
     command.process_group(0);
 }
 
+/// Process groups are of Unix.
 #[cfg(not(unix))]
-fn own_group(_: &mut Command) {}
+pub fn own_group(_: &mut Command) {}
 
 /// Kills every process of a group.
 #[cfg(unix)]

@@ -18,6 +18,7 @@ pub mod hourglassing;
 mod inputs;
 pub mod lock;
 pub mod necking;
+mod options;
 pub mod progress_line;
 #[cfg(feature = "pages")]
 pub mod report;
@@ -32,7 +33,7 @@ pub mod strains;
 use std::path::Path;
 use std::time::Instant;
 
-use crate::cancel::{Cancel, Section};
+use crate::cancel::Section;
 use crate::report::record::{ExcludedPatchesRecord, RunRecord, Verdict};
 use crate::scene::Plan;
 use crate::solver::reach::{ExcludedPatches, Guard, exclude_unreachable, reachable};
@@ -42,6 +43,7 @@ pub use earlier_run::completed;
 pub use error::{CheckpointError, RunError};
 pub use first_record::PROGRAM;
 pub use inputs::inputs as inputs_of;
+pub use options::{RunOptions, WriteReport};
 
 use folder::RunFolder;
 
@@ -54,52 +56,6 @@ pub struct Progress<'a> {
     pub done: f64,
     /// Wall time since the start [s].
     pub elapsed_s: f64,
-}
-
-/// When a run writes `report.html`, most of which is the plotting script. Without it the page can be written later from
-/// the files of the run.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum WriteReport {
-    /// At the end of every run, unless it was stopped.
-    #[default]
-    Always,
-    /// Only when the solver does not converge.
-    NotConverged,
-    /// Never.
-    Never,
-}
-
-impl WriteReport {
-    /// Whether the page of a run with this verdict is written.
-    #[cfg(feature = "pages")]
-    fn applies(self, verdict: Verdict) -> bool {
-        match self {
-            Self::Always => verdict != Verdict::Stopped,
-            Self::NotConverged => verdict == Verdict::NotConverged,
-            Self::Never => false,
-        }
-    }
-}
-
-/// Options of a run.
-#[derive(Default, Clone)]
-pub struct RunOptions<'a> {
-    /// Continue from the checkpoint in the folder.
-    pub restart: bool,
-    /// Replace a stopped run of the same inputs in the folder. Without it such a folder is refused.
-    pub overwrite: bool,
-    /// Refuse to replace a run of the same inputs by this build that is done, also one that has ended since it was looked for.
-    pub keep_complete: bool,
-    /// Receives a message about results of an earlier run, before they are replaced.
-    pub notify: Option<&'a dyn Fn(&str)>,
-    /// Exclude tool patches that the sheet cannot touch, which does not change results.
-    pub auto: bool,
-    /// Take the folder from a run that is not known to be alive on this host. That run ends at its next increment.
-    pub break_lock: bool,
-    /// When `report.html` is written; it needs the feature `pages`.
-    pub report: WriteReport,
-    /// Stop request: abort the current increment, save a checkpoint of the last one and stop.
-    pub stop: Cancel,
 }
 
 /// Runs `plan` (read from `scene_path`) into the folder `output` and calls `watch` after every increment.

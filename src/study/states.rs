@@ -71,7 +71,7 @@ pub fn states(cases: &[Case], folder: &Path) -> States {
     let mut all = own.clone();
     let tickets = Tickets::read(folder);
     for (id, entry) in all.iter_mut().filter(|(_, entry)| entry.state == State::Waiting) {
-        let reason = tickets.cases.get(id).and_then(|submission| submission.gave_up.clone());
+        let reason = tickets.cases.get(id).and_then(|submission| submission.last_failure.clone());
         if reason.is_some() {
             *entry = Entry::new(State::Failed, reason);
         }

@@ -96,7 +96,9 @@ fn case_status(study: &Path, name: String, submission: &Submission) -> CaseStatu
             (CaseState::Failed, outcome.map(|o| o.message).or(message))
         }
         _ if submitted => (status.state, None),
-        _ if submission.gave_up.is_some() => (CaseState::Failed, submission.gave_up.clone()),
+        _ if submission.last_failure.is_some() => {
+            (CaseState::Failed, submission.last_failure.clone())
+        }
         _ => match outcome {
             Some(outcome) if matches!(outcome.exit, 2 | 4) => {
                 (CaseState::Failed, Some(outcome.message))

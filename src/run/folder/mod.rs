@@ -278,7 +278,6 @@ impl RunFolder {
     }
 }
 
-/// Creates the folders of a run and removes incomplete files from them.
 /// Adds `now` to a list of builds or classes that computed parts of a run, if it is not the last of them.
 fn append(list: &mut String, now: &str) {
     if !list.ends_with(now) {
@@ -286,6 +285,7 @@ fn append(list: &mut String, now: &str) {
     }
 }
 
+/// Creates the folders of a run and removes incomplete files from them.
 fn make_folders(path: &Path) -> Result<(), RunError> {
     for folder in [path.to_path_buf(), path.join("steps"), path.join("tools")] {
         fs::create_dir_all(&folder)

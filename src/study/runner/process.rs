@@ -8,6 +8,7 @@ use std::time::Duration;
 use super::template::{Template, Values, joined};
 use super::tickets::Ticket;
 use super::{EngineError, Group, Record, Runner, TicketState};
+use crate::files::temporary::own_group;
 use crate::files::{Input, WriteError, create_log};
 use crate::report::record::Process;
 use crate::run::resources::{alive, identity};
@@ -117,6 +118,7 @@ impl Processes {
         command.args(&words[1..]).current_dir(&self.setup.study).stdout(file).stderr(other);
         // The input stays open as long as this process lives; a tied run stops when it ends.
         command.stdin(if self.setup.tied { Stdio::piped() } else { Stdio::null() });
+        // Signals of the terminal reach only the study, which asks its runs to stop.
         own_group(&mut command);
         let child = command
             .spawn()
@@ -294,16 +296,6 @@ fn failure(words: &[String], output: &std::process::Output) -> String {
     let errors = String::from_utf8_lossy(&output.stderr);
     format!("`{}`: {}, {}", joined(words), output.status, errors.trim().replace('\n', " "))
 }
-
-#[cfg(unix)]
-fn own_group(command: &mut Command) {
-    use std::os::unix::process::CommandExt as _;
-    // Signals of the terminal reach only the study, which asks its runs to stop.
-    command.process_group(0);
-}
-
-#[cfg(not(unix))]
-fn own_group(_: &mut Command) {}
 
 /// Asks a process and its group to end.
 #[cfg(unix)]

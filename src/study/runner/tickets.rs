@@ -31,9 +31,9 @@ pub struct Submission {
     /// Increments of the run at the last submission.
     #[serde(default)]
     pub increment: usize,
-    /// Why the case was given up.
+    /// How the last submission ended of a case that is not submitted again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gave_up: Option<String>,
+    pub last_failure: Option<String>,
 }
 
 /// The submissions of a study.

@@ -95,6 +95,15 @@ pub fn lock(folder: &Path, break_lock: bool) -> Result<Lock, StudyError> {
     }
 }
 
+/// Checks that the study still holds its folder, before it submits or writes.
+///
+/// # Errors
+/// [`StudyError::LockLost`] when another study has taken the folder.
+pub fn check_lock(lock: &Lock, folder: &Path) -> Result<(), StudyError> {
+    let lost = |lost: Lost| StudyError::LockLost { folder: folder.into(), found: lost.found };
+    lock.check().map_err(lost)
+}
+
 /// Asks submitted cases to end.
 ///
 /// # Errors
@@ -258,7 +267,7 @@ impl<'a, 'b> Schedule<'a, 'b> {
             _ if self.how.again => job.submission = Submission::default(),
             _ if job.submission.tries >= self.how.max_tries => {
                 let tries = job.submission.tries;
-                let reason = job.submission.gave_up.clone();
+                let reason = job.submission.last_failure.clone();
                 let reason =
                     reason.unwrap_or_else(|| format!("submitted {tries} times without progress"));
                 failed(job, &reason);
@@ -371,8 +380,7 @@ fn write(
     runner: &str,
     folder: &Path,
 ) -> Result<(), StudyError> {
-    let lost = |lost: Lost| StudyError::LockLost { folder: folder.into(), found: lost.found };
-    lock.check().map_err(lost)?;
+    check_lock(lock, folder)?;
     let mut tickets = Tickets::read(folder);
     tickets.runner = runner.to_owned();
     for job in jobs {

@@ -96,7 +96,7 @@ impl Schedule<'_, '_> {
         self.jobs[k].told = reason.to_owned();
     }
 
-    /// Settles a case whose run is proved done while its task goes on with others. True if something has changed.
+    /// Settles a case whose run is proved done while its task runs the next case. True if something has changed.
     fn settle_proved(&mut self, k: usize, ticket: &Ticket) -> bool {
         // The process of a local run ends right after its proof.
         if !self.how.runner.outlives() {
@@ -212,7 +212,7 @@ impl Schedule<'_, '_> {
             (self.say)(&format!("{}: {reason}; submitted again", self.jobs[k].case.id));
         } else {
             let reason = format!("{reason}; submitted {tries} times without progress");
-            self.jobs[k].submission.gave_up = Some(reason.clone());
+            self.jobs[k].submission.last_failure = Some(reason.clone());
             self.end(k, State::Failed, Some(reason));
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::{Job, Phase, Schedule, increments, write};
+use super::{Job, Phase, Schedule, check_lock, increments, write};
 use crate::run::lock::{self, Place};
 use crate::study::StudyError;
 use crate::study::case::Case;
@@ -59,7 +59,8 @@ impl Schedule<'_, '_> {
                 outcome::forget(&folder_of(self.how.folder, name));
             }
         }
-        let before = Before::of(self);
+        check_lock(self.how.lock, self.how.folder)?;
+        let before = Before::of(self, &ready);
         let (folder, lock) = (self.how.folder, self.how.lock);
         let (jobs, runner) = (&mut self.jobs, &mut *self.how.runner);
         let name = runner.name();
@@ -141,22 +142,20 @@ impl Schedule<'_, '_> {
     }
 }
 
-/// Increments of all runs before a submission.
+/// Increments and submissions of cases before they are submitted.
 struct Before {
     increments: HashMap<String, usize>,
     submissions: HashMap<String, Submission>,
 }
 
 impl Before {
-    fn of(schedule: &Schedule<'_, '_>) -> Self {
-        let open = || {
-            let jobs = schedule.jobs.iter().filter(|job| job.phase == Phase::Open);
-            jobs.filter(|job| job.submission.ticket.is_none())
-        };
+    /// The submissions of the jobs `ready` so far.
+    fn of(schedule: &Schedule<'_, '_>, ready: &[usize]) -> Self {
+        let jobs = || ready.iter().map(|&k| &schedule.jobs[k]);
         let increments = |job: &Job<'_>| increments(schedule.how.folder, job.case);
         Self {
-            increments: open().map(|job| (job.case.id.clone(), increments(job))).collect(),
-            submissions: open().map(|job| (job.case.id.clone(), job.submission.clone())).collect(),
+            increments: jobs().map(|job| (job.case.id.clone(), increments(job))).collect(),
+            submissions: jobs().map(|job| (job.case.id.clone(), job.submission.clone())).collect(),
         }
     }
 
@@ -176,6 +175,6 @@ impl Before {
         let tries = job.submission.tries + 1;
         job.inherited = false;
         job.submission =
-            Submission { ticket: Some(ticket.clone()), tries, increment, gave_up: None };
+            Submission { ticket: Some(ticket.clone()), tries, increment, last_failure: None };
     }
 }

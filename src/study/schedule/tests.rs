@@ -102,7 +102,7 @@ fn a_task_that_is_listed_as_running_for_ever_is_cancelled_and_submitted_again() 
     assert!(said.contains("b: listed as running") && said.contains("submitted 2 times"), "{said}");
     let text = fs::read_to_string(study.join("runner.json")).unwrap();
     assert!(!text.contains("job 1"), "no ticket is left: {text}");
-    // Given up until it is asked for again.
+    // It remains failed until it is asked for again.
     let (mut runner, before) = (Stalled::default(), states(&cases, study));
     let how = Execution {
         folder: study,

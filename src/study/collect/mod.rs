@@ -9,7 +9,6 @@ mod table;
 use std::path::Path;
 
 use self::row::{CaseState, Differences, Row};
-use super::StudyError;
 use super::case::Case;
 use super::checks::{Check, Outcome};
 use super::compare::{sheet, tools};
@@ -17,6 +16,7 @@ use super::file::Study;
 use super::inputs::folder_of;
 use super::output::{plot, write_csv};
 use super::states::{State, States};
+use super::{LISTED_MAX, StudyError};
 use crate::report::csv;
 use crate::report::doubt::Doubt;
 use crate::report::drawing::write_chart;
@@ -77,22 +77,71 @@ pub fn collect(
 pub struct Findings {
     /// Outcomes of its checks.
     pub checks: Vec<(Check, Outcome)>,
-    /// Doubts about the completed cases; `place` and `text` start with the case.
+    /// Doubts about the completed cases, one of each code; `place` and `text` start with the case that exceeds the limit most.
     pub doubts: Vec<Doubt>,
 }
 
-/// Doubts about all completed cases.
+/// Doubts about all completed cases: one of each code, that which exceeds its limit most, with the names of the other cases.
 fn doubts(rows: &[Row<'_>]) -> Vec<Doubt> {
-    let of = |row: &Row<'_>| -> Vec<Doubt> {
-        let found = row.record.as_ref().filter(|_| row.done()).map(|record| &record.doubts);
-        let named = |doubt: &Doubt| Doubt {
-            place: format!("{}: {}", row.case.id, doubt.place),
-            text: format!("{}: {}", row.case.id, doubt.text),
-            ..doubt.clone()
-        };
-        found.into_iter().flatten().map(named).collect()
+    /// The worst doubt of a code with its case, and all cases that have one.
+    struct Worst<'a>(&'a Doubt, &'a str, Vec<&'a str>);
+    let mut found: Vec<Worst<'_>> = Vec::new();
+    for row in rows.iter().filter(|row| row.done()) {
+        let case = row.case.id.as_str();
+        for doubt in row.record.iter().flat_map(|record| &record.doubts) {
+            match found.iter_mut().find(|worst| worst.0.code == doubt.code) {
+                None => found.push(Worst(doubt, case, vec![case])),
+                Some(worst) => {
+                    if excess(doubt) > excess(worst.0) {
+                        (worst.0, worst.1) = (doubt, case);
+                    }
+                    if !worst.2.contains(&case) {
+                        worst.2.push(case);
+                    }
+                }
+            }
+        }
+    }
+    let with_others = |Worst(doubt, case, cases): Worst<'_>| {
+        let mut told = of_case(doubt, case);
+        let rest: Vec<&str> = cases.into_iter().filter(|other| *other != case).collect();
+        told.text += &others(&rest);
+        told
     };
-    rows.iter().flat_map(of).collect()
+    found.into_iter().map(with_others).collect()
+}
+
+/// How far a doubt exceeds its limit, over the limit; 0 without numbers.
+fn excess(doubt: &Doubt) -> f64 {
+    let ratio = doubt.value.zip(doubt.limit).map(|(value, limit)| (value / limit).abs());
+    ratio.filter(|ratio| ratio.is_finite()).unwrap_or(0.0)
+}
+
+/// A doubt whose place and text begin with its case.
+fn of_case(doubt: &Doubt, case: &str) -> Doubt {
+    Doubt {
+        place: format!("{case}: {}", doubt.place),
+        text: format!("{case}: {}", doubt.text),
+        ..doubt.clone()
+    }
+}
+
+/// A sentence that names other cases with the same doubt; empty without any.
+fn others(cases: &[&str]) -> String {
+    let named = cases.iter().take(LISTED_MAX).copied().collect::<Vec<_>>().join(", ");
+    match cases.len() {
+        0 => String::new(),
+        1 => format!(" The same doubt applies to {named}."),
+        count if count <= LISTED_MAX => {
+            format!(" The same doubt applies to {count} others: {named}.")
+        }
+        count => {
+            let more = count - LISTED_MAX;
+            format!(
+                " The same doubt applies to {count} others: {named} and {more} more (study.csv)."
+            )
+        }
+    }
 }
 
 fn put_checks(page: &mut Page, checks: &[(Check, Outcome)]) {

@@ -215,3 +215,22 @@ fn curves_are_compared_over_their_common_travel() {
     let (travel, excess) = curves::late_excess(&c, &a).unwrap();
     assert!((travel - 2.5).abs() < 0.01 && (excess - 0.1).abs() < 2e-3, "{travel} {excess}");
 }
+
+#[test]
+fn a_doubt_about_many_cases_is_told_once_with_their_names() {
+    let made = Made::new(json!([]));
+    for (case, value) in [("fine", 2.0), ("coarse", 3.0)] {
+        let path = folder_of(made.folder.path(), case).join("run/run.json");
+        let mut record: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+        record["doubts"] = json!([{
+            "code": "energy-balance", "where": "sheet", "value": value, "limit": 1.0, "text": "It is lost."
+        }]);
+        fs::write(&path, record.to_string()).unwrap();
+    }
+    let doubts = made.findings().doubts;
+    let texts: Vec<&str> = doubts.iter().map(|doubt| doubt.text.as_str()).collect();
+    assert_eq!(texts, ["coarse: It is lost. The same doubt applies to fine."]);
+    let names = ["a", "b", "c", "d", "e", "f"];
+    assert_eq!(others(&names[..2]), " The same doubt applies to 2 others: a, b.");
+    assert!(others(&names).ends_with("6 others: a, b, c, d, e and 1 more (study.csv)."));
+}

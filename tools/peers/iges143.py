@@ -76,7 +76,7 @@ def bounded(entities):
         if parameters[0] != "144":
             continue
         if parameters[2] != "1":
-            raise ValueError(f"D{number} (144): its outer boundary is that of the surface, which a 143 cannot say")
+            raise ValueError(f"D{number} (144): its outer boundary is that of its surface (N1 = 0), which a 143 cannot have")
         inner = int(parameters[3])
         loops, rest = parameters[4:5 + inner], parameters[5 + inner:]
         kind = max(entities[int(loop)][1][1] for loop in loops)
@@ -172,5 +172,14 @@ def rewrite(source, target):
     write(target, head, entities)
 
 
+def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    try:
+        rewrite(*(pathlib.Path(name) for name in sys.argv[1:]))
+    except ValueError as error:
+        sys.exit(f"tools/peers/iges143.py: {sys.argv[1]}: {error}")
+
+
 if __name__ == "__main__":
-    rewrite(pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]))
+    main()

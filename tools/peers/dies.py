@@ -4,7 +4,7 @@
   tools/peers/dies.py FOLDER [NAME...]
 
 Writes each shape as NAME.stp (AP214), NAME_143.igs (bounded surfaces), NAME_144.igs (trimmed surfaces) and, of solids,
-NAME_186.igs; the same with _car in its name in car-line coordinates (3.2 m from the origin, tilted about all axes), and
+NAME_186.igs; the same with _car in its name in car-line coordinates (3.1 m from the origin, tilted about all axes), and
 NAME_inch.stp and NAME_inch_144.igs in inches. FOLDER/dies.json holds what is true of them: faces, area, box, bodies and
 their names, from the kernel's own model. It is updated after each shape; shapes of other names in it are kept.
 """

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use super::doubts::print_doubts;
 use super::exit::{Exit, Failure};
@@ -66,6 +67,7 @@ pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> 
         max_tries: args.runner.max_tries(),
         task_s: args.runner.task_s(),
         stall: schedule::STALL,
+        now: &Instant::now,
         again: args.again,
         renew: args.renew,
         before: &before,
@@ -111,13 +113,18 @@ pub(super) fn cancel(args: &StudyArgs) -> Result<Exit, Failure> {
     let tickets = Tickets::read(output);
     let mut runner = args.runner.of(&tickets.runner).runner(output, None, 1, false)?;
     let open: Vec<Ticket> = tickets.cases.values().filter_map(|s| s.ticket.clone()).collect();
-    if !open.is_empty() {
-        schedule::cancel(output, &tickets.runner, &open, &mut *runner)?;
-    }
+    let asked = if open.is_empty() {
+        0
+    } else {
+        schedule::cancel(output, &tickets.runner, &open, &mut *runner)?
+    };
     out!(
-        "{} submitted cases asked to end; the study's command continues from their checkpoints",
-        open.len()
+        "{asked} submitted cases asked to end; the study's command continues from their checkpoints"
     );
+    if asked < open.len() {
+        let (others, name) = (open.len() - asked, &tickets.runner);
+        out!("{others} others have ended, or {name} does not know them: nothing to end");
+    }
     Ok(Exit::Done)
 }
 

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::{Job, Phase, Schedule, check_lock, increments, write};
+use super::{Job, Phase, Question, Schedule, check_lock, increments, write};
 use crate::run::lock::{self, Place};
 use crate::study::StudyError;
 use crate::study::case::Case;
@@ -79,7 +79,7 @@ impl Schedule<'_, '_> {
             if keeps { write(jobs, keeps, lock, name, folder) } else { Ok(()) }
         };
         let submitted = runner.submit(&groups, &after, &mut record);
-        let count = self.answer(submitted)?.map_or(0, |tickets| tickets.len());
+        let count = self.answer(Question::Submit, submitted)?.map_or(0, |tickets| tickets.len());
         for name in groups.iter().take(count).flat_map(|group| &group.cases) {
             (self.say)(&format!("{name}: {}", if keeps { "submitted" } else { "begins" }));
         }

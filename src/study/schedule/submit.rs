@@ -50,6 +50,7 @@ impl Schedule<'_, '_> {
         };
         let mut groups = [of(&first, self.how.task_s), of(&again, 0.0)].concat();
         groups.truncate(self.how.runner.free());
+        self.how.runner.arrange(&mut groups);
         let after: Vec<Ticket> = ready
             .iter()
             .filter_map(|&k| self.leader(&self.jobs[k])?.submission.ticket.clone())

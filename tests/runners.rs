@@ -4,77 +4,14 @@
 
 mod bend;
 mod bends;
+mod fake_slurm;
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::path::PathBuf;
 
 use bends::Bends;
+use fake_slurm::{FakeSlurm, ends_well, increments, until};
 use serde_json::{Value, json};
-
-/// A folder in which `tests/fake_slurm` keeps its state.
-struct FakeSlurm {
-    folder: tempfile::TempDir,
-}
-
-impl FakeSlurm {
-    fn new() -> Self {
-        Self { folder: tempfile::tempdir().unwrap() }
-    }
-
-    fn at(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    /// Asks for a fault, or ends it.
-    fn set(&self, fault: &str, present: bool) {
-        if present {
-            fs::write(self.at(fault), "").unwrap();
-        } else {
-            fs::remove_file(self.at(fault)).unwrap();
-        }
-    }
-
-    /// Number of calls of sbatch.
-    fn submissions(&self) -> usize {
-        fs::read_to_string(self.at("calls")).unwrap_or_default().lines().count()
-    }
-
-    fn variables(&self) -> [(&'static str, String); 2] {
-        let fake = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fake_slurm");
-        let path = format!("{}:{}", fake.display(), std::env::var("PATH").unwrap());
-        [("FAKE_SLURM", self.folder.path().display().to_string()), ("PATH", path)]
-    }
-
-    /// Exit code, output and errors of a study with this Slurm.
-    fn study(&self, bends: &Bends, options: &[&str]) -> (i32, String, String) {
-        let slurm = ["--runner", "slurm", "--task-minutes", "0", "--threads", "1"];
-        bends.study_with(&self.variables(), &[&slurm, options].concat())
-    }
-}
-
-/// Polls until `look` finds something.
-fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
-    let start = Instant::now();
-    loop {
-        if let Some(found) = look() {
-            return found;
-        }
-        assert!(start.elapsed() < Duration::from_secs(60), "{what}");
-        std::thread::sleep(Duration::from_millis(10));
-    }
-}
-
-/// Increments of the run of a case.
-fn increments(bends: &Bends, case: &str) -> Option<u64> {
-    let text = fs::read(bends.run_of(case).join("run.json")).ok()?;
-    serde_json::from_slice::<Value>(&text).ok()?["increments"].as_u64()
-}
-
-fn ends_well((code, text, errors): (i32, String, String)) -> String {
-    assert_eq!(code, 0, "{text}{errors}");
-    text
-}
 
 #[test]
 fn a_study_on_slurm_has_the_results_of_a_local_one() {

@@ -18,6 +18,19 @@ use serde_json::{Value, json};
 const SLURM: [&str; 2] =
     ["Slurm", "run as root on a Debian system whose packages can be had (tools/slurm install)"];
 
+/// Variables that hide tasks, or replace what a script or an option asks for by what the nodes do not have.
+const HIDING: [(&str, &str); 9] = [
+    ("SQUEUE_FORMAT", "%i"),
+    ("SQUEUE_FORMAT2", "jobid"),
+    ("SQUEUE_STATES", "CG"),
+    ("SQUEUE_USERS", "nobody"),
+    ("SBATCH_WAIT", "1"),
+    ("SBATCH_MEM_PER_CPU", "900000"),
+    ("SBATCH_PARTITION", "nosuch"),
+    ("SBATCH_JOB_NAME", "mine"),
+    ("SBATCH_ARRAY_INX", "0-99"),
+];
+
 /// Slurm with two nodes of two processors in a folder of its own.
 struct Slurm {
     folder: PathBuf,
@@ -128,12 +141,20 @@ fn wait_well(mut study: Child) -> String {
 
 #[test]
 fn whatever_happens_on_slurm_the_results_are_those_of_a_local_study() {
-    let Some(slurm) = Slurm::start() else { return skipping::skip(SLURM) };
+    let Some(mut slurm) = Slurm::start() else { return skipping::skip(SLURM) };
 
     let twelve = Bends::twelve(0.5);
     let local = twelve.local_results();
     slurm.study(&twelve, &[], 0);
     assert!(twelve.results() == local, "twelve cases");
+
+    fs::remove_dir_all(twelve.at("out")).unwrap();
+    let plain = slurm.variables.clone();
+    slurm.variables.extend(HIDING.map(|(name, value)| (name.to_owned(), value.to_owned())));
+    let text = slurm.study(&twelve, &["--partition", "debug"], 0);
+    assert!(!text.contains("submitted again"), "variables that hide tasks: {text}");
+    assert!(twelve.results() == local, "variables that hide tasks");
+    slurm.variables = plain;
 
     // Long enough to be hit at work.
     let long = Bends::new(&[("a", json!({}))], 0.002);

@@ -121,6 +121,21 @@ fn a_case_that_fails_is_a_row_with_its_reason() {
 }
 
 #[test]
+fn runs_on_several_classes_of_processors_are_noted_on_terminal_and_page() {
+    let bends = Bends::new(&[("a", json!({})), ("b", json!({}))], 0.5);
+    assert_eq!(bends.begun(&[], 0), "a b");
+    let path = bends.run_of("b").join("run.json");
+    let mut record: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    record["cpu"] = "of another class".into();
+    fs::write(&path, record.to_string()).unwrap();
+    let (code, _, errors) = bends.study(&["--collect"]);
+    let note = "Runs were computed on several classes of processors: of another class (b)";
+    assert!(code == 0 && errors.contains(&format!("note: {note}")), "{errors}");
+    let page = fs::read_to_string(bends.at("out/study.html")).unwrap();
+    assert!(markup(&page).contains(note));
+}
+
+#[test]
 fn what_has_no_meaning_or_is_mistyped_is_refused_before_anything_runs() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().join("out");

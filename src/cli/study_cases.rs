@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use super::doubts::print_doubts;
 use super::exit::{Exit, Failure};
@@ -19,7 +20,7 @@ use crate::study::follow::with_leaders;
 use crate::study::prepare::prepare;
 use crate::study::runner::tickets::{Ticket, Tickets};
 use crate::study::schedule::{self, Execution, Left, execute};
-use crate::study::states::{State, States, mixture, refuse_other_runs, states};
+use crate::study::states::{State, States, refuse_other_runs, states};
 
 /// Prepares, runs and compares the cases of a study.
 ///
@@ -35,7 +36,7 @@ pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> 
     let all = cases(study, &Roots { tools: &tools, own: &own }, args.quick);
     let open = with_leaders(&all, |id| chosen.contains(id));
     if args.collect {
-        return compared(args, study, &all, &[]);
+        return compared(args, study, &all, &[], &states(&all, output));
     }
     let lock = schedule::lock(output, args.break_lock)?;
     let before = states(&open, output);
@@ -66,6 +67,7 @@ pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> 
         max_tries: args.runner.max_tries(),
         task_s: args.runner.task_s(),
         stall: schedule::STALL,
+        now: &Instant::now,
         again: args.again,
         renew: args.renew,
         before: &before,
@@ -96,7 +98,10 @@ pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> 
         return Ok(if not_done == 0 { Exit::Done } else { Exit::NoConvergence });
     }
     schedule::check_lock(&lock, output)?;
-    compared(args, study, &all, &open)
+    // Where nothing had to be run, nothing has changed.
+    let known = before.len() == all.len() && before.values().all(|e| e.state == State::Done);
+    let after = if known { before } else { states(&all, output) };
+    compared(args, study, &all, &open, &after)
 }
 
 /// Asks all submitted cases to end.
@@ -108,13 +113,18 @@ pub(super) fn cancel(args: &StudyArgs) -> Result<Exit, Failure> {
     let tickets = Tickets::read(output);
     let mut runner = args.runner.of(&tickets.runner).runner(output, None, 1, false)?;
     let open: Vec<Ticket> = tickets.cases.values().filter_map(|s| s.ticket.clone()).collect();
-    if !open.is_empty() {
-        schedule::cancel(output, &tickets.runner, &open, &mut *runner)?;
-    }
+    let asked = if open.is_empty() {
+        0
+    } else {
+        schedule::cancel(output, &tickets.runner, &open, &mut *runner)?
+    };
     out!(
-        "{} submitted cases asked to end; the study's command continues from their checkpoints",
-        open.len()
+        "{asked} submitted cases asked to end; the study's command continues from their checkpoints"
     );
+    if asked < open.len() {
+        let (others, name) = (open.len() - asked, &tickets.runner);
+        out!("{others} others have ended, or {name} does not know them: nothing to end");
+    }
     Ok(Exit::Done)
 }
 
@@ -156,19 +166,24 @@ fn chosen_cases(args: &StudyArgs, study: &Study) -> Result<BTreeSet<String>, Fai
     })
 }
 
-/// Compares all cases; `run` are those that were to be run.
-fn compared(args: &StudyArgs, study: &Study, all: &[Case], run: &[Case]) -> Result<Exit, Failure> {
+/// Compares all cases in their `states`; `run` are those that were to be run.
+fn compared(
+    args: &StudyArgs,
+    study: &Study,
+    all: &[Case],
+    run: &[Case],
+    states: &States,
+) -> Result<Exit, Failure> {
     let output = args.folder();
-    let states = states(all, output);
-    let Findings { checks, doubts } = collect(study, all, &states, output)?;
-    let failed = not_done(run, &states);
+    let Findings { checks, doubts, notes } = collect(study, all, states, output)?;
+    let failed = not_done(run, states);
     if run.iter().any(|case| states.get(&case.id).is_some_and(|e| e.lacks_files)) {
         err!(
             "  try: `tools/models DIR` or `kanagata convert` makes tool files; --tools gives their folder"
         );
     }
-    if let Some(text) = mixture(all, output) {
-        err!("warning: {text}");
+    for note in &notes {
+        err!("note: {note}");
     }
     out!("{} cases, {failed} of those run not done", all.len());
     for (check, outcome) in &checks {

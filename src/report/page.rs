@@ -54,8 +54,20 @@ impl Page {
         self.body.push_str("</ul></section>\n");
     }
 
-    /// A table. Cells that parse as numbers are right-aligned, unless no column has a name. A table wider than the page
-    /// scrolls in its own box with a fixed first column.
+    /// A box with notes on how to read the content of the page; nothing if there are none.
+    pub fn notes(&mut self, notes: &[String]) {
+        if notes.is_empty() {
+            return;
+        }
+        self.body.push_str("<section class=\"notes\"><h2>Notes</h2><ul>\n");
+        for note in notes {
+            let _ = writeln!(self.body, "<li>{}</li>", escaped(note));
+        }
+        self.body.push_str("</ul></section>\n");
+    }
+
+    /// A table. Cells that parse as numbers are right-aligned, unless no column has a name. Words with hyphens, such as codes,
+    /// do not break. A table wider than the page scrolls in its own box with a fixed first column.
     pub fn table(&mut self, head: &[&str], rows: &[Vec<String>]) {
         self.body.push_str("<div class=\"wide\"><table><thead><tr>");
         for cell in head {
@@ -66,8 +78,14 @@ impl Page {
         for row in rows {
             self.body.push_str("<tr>");
             for cell in row {
-                let class = if named && cell.parse::<f64>().is_ok() { " class=\"n\"" } else { "" };
-                let _ = write!(self.body, "<td{class}>{}</td>", escaped(cell));
+                let number = cell.parse::<f64>().is_ok();
+                let class = match cell {
+                    _ if named && number => " class=\"n\"",
+                    text if text.chars().count() > NARROW_MAX => " class=\"t\"",
+                    _ => "",
+                };
+                let text = if number { escaped(cell) } else { whole_words(cell) };
+                let _ = write!(self.body, "<td{class}>{text}</td>");
             }
             self.body.push_str("</tr>\n");
         }
@@ -127,14 +145,32 @@ impl Page {
     }
 }
 
+/// Largest number of characters of a cell that may become as narrow as its longest word. At 30 a sentence of a wide table has
+/// few lines, and two or three codes stand in one.
+const NARROW_MAX: usize = 30;
+/// Largest number of characters of a word that does not break at its hyphens.
+const WHOLE_MAX: usize = 40;
+
+/// A text whose words do not break at their hyphens, unless they are very long.
+fn whole_words(text: &str) -> String {
+    let word = |word: &str| {
+        let whole = word.contains('-') && word.chars().count() <= WHOLE_MAX;
+        let text = escaped(word);
+        if whole { format!("<span>{text}</span>") } else { text }
+    };
+    text.split(' ').map(word).collect::<Vec<_>>().join(" ")
+}
+
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;margin:0;color:#1b2330;background:#fff}\
 main{max-width:1080px;margin:0 auto;padding:24px}h1{font-size:28px;margin:0 0 8px}\
 h2{font-size:20px;margin:32px 0 8px;border-bottom:1px solid #d5dbe3;padding-bottom:4px}\
 table{border-collapse:collapse;font-size:14px;margin:8px 0}th,td{padding:3px 12px 3px 0;text-align:left;\
 border-bottom:1px solid #e6eaef}th{color:#5a6675;font-weight:600}td.n{text-align:right;\
 font-variant-numeric:tabular-nums}p{max-width:75ch}\
-.doubts{border:2px solid #b3541e;background:#fdf3ec;padding:4px 20px;margin:16px 0}.doubts h2{border:0;margin:8px 0}\
-.doubts li{max-width:90ch;margin:4px 0}\
+.doubts,.notes{border:2px solid #b3541e;background:#fdf3ec;padding:4px 20px;margin:16px 0}\
+.notes{border-color:#5a6675;background:#f3f5f8}.doubts h2,.notes h2{border:0;margin:8px 0}\
+.doubts li,.notes li{max-width:90ch;margin:4px 0}\
+.wide td.t{min-width:32ch}.wide td span{white-space:nowrap}\
 .wide{overflow-x:auto;max-width:100%}.wide th{vertical-align:bottom}\
 .wide th:first-child,.wide td:first-child{position:sticky;left:0;background:#fff;min-width:9em}";
 
@@ -168,10 +204,13 @@ mod tests {
     fn a_page_needs_no_network_and_escapes_what_it_is_given() {
         let mut page = Page::new("a <b> & \"c\"");
         page.table(&["x"], &[vec!["1.5".into()], vec!["</td>".into()]]);
+        page.table(&["codes"], &[vec!["energy-balance; </b>-x".into()], vec!["-1.5e-3".into()]]);
         page.plot(&[json!({"x":[1,2],"y":[3,4],"name":"</script>"})], &json!({}), 300);
         let html = page.html();
         assert!(html.contains("<title>a &lt;b&gt; &amp; &quot;c&quot;</title>"));
         assert!(html.contains("<td class=\"n\">1.5</td>") && html.contains("&lt;/td&gt;"));
+        assert!(html.contains("<td><span>energy-balance;</span> <span>&lt;/b&gt;-x</span></td>"));
+        assert!(html.contains("<td class=\"n\">-1.5e-3</td>"));
         assert!(html.contains("\"&lt;/script&gt;\"") && !html.contains("\"</script>"));
         assert!(html.contains("default-src 'none'; script-src 'sha256-"));
         assert!(html.contains("<div class=\"wide\"><table>") && html.contains("position:sticky"));

@@ -27,19 +27,28 @@ pub(super) enum Proof {
 
 /// Reads the proof in the case's folder `case` for a run of `inputs` by this build.
 pub(super) fn proof(case: &Path, inputs: &Inputs) -> Proof {
+    proof_and_record(case, inputs).0
+}
+
+/// The proof as [`proof`] has it, and the record that it is read from.
+pub(super) fn proof_and_record(case: &Path, inputs: &Inputs) -> (Proof, Option<RunRecord>) {
     let Ok(text) = crate::files::read(&case.join("run/run.json"), Input::Description) else {
-        return Proof::None;
+        return (Proof::None, None);
     };
-    let record = match RunRecord::parse(&text) {
-        Ok(record) => record,
-        Err(found) => return Proof::Other(format!("its run.json cannot be read: {found}")),
-    };
+    match RunRecord::parse(&text) {
+        Ok(record) => (proof_of(&record, inputs), Some(record)),
+        Err(found) => (Proof::Other(format!("its run.json cannot be read: {found}")), None),
+    }
+}
+
+/// What a record proves for a run of `inputs` by this build.
+fn proof_of(record: &RunRecord, inputs: &Inputs) -> Proof {
     if let Some(what) = difference([&record.build, BUILD], [&record.inputs, inputs]) {
         return Proof::Other(what);
     }
     match record.verdict {
         Verdict::Completed | Verdict::Doubtful => Proof::Done,
-        Verdict::NotConverged => Proof::NotConverged(record.message),
+        Verdict::NotConverged => Proof::NotConverged(record.message.clone()),
         Verdict::Running | Verdict::Stopped => Proof::Unfinished,
     }
 }

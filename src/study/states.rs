@@ -1,15 +1,14 @@
 //! The state of every case of a study, from the files in its folder.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::StudyError;
 use super::case::Case;
 use super::inputs::{Digests, folder_of, inputs};
 use super::outcome;
-use super::proof::{Proof, proof};
+use super::proof::{Proof, proof_and_record};
 use super::runner::tickets::Tickets;
-use crate::files::Input;
 use crate::report::record::RunRecord;
 use crate::run::lock;
 
@@ -43,7 +42,7 @@ impl State {
 }
 
 /// State of a case, with the reason if it is not done.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
     /// State.
     pub state: State,
@@ -51,12 +50,14 @@ pub struct Entry {
     pub reason: Option<String>,
     /// Whether a file of its scene cannot be read.
     pub lacks_files: bool,
+    /// Record of its run, if the state was found by it.
+    pub record: Option<RunRecord>,
 }
 
 impl Entry {
     /// A state with its reason.
     pub(super) fn new(state: State, reason: Option<String>) -> Self {
-        Self { state, reason, lacks_files: false }
+        Self { state, reason, lacks_files: false, record: None }
     }
 }
 
@@ -73,13 +74,14 @@ pub fn states(cases: &[Case], folder: &Path) -> States {
     for (id, entry) in all.iter_mut().filter(|(_, entry)| entry.state == State::Waiting) {
         let reason = tickets.cases.get(id).and_then(|submission| submission.last_failure.clone());
         if reason.is_some() {
-            *entry = Entry::new(State::Failed, reason);
+            (entry.state, entry.reason) = (State::Failed, reason);
         }
     }
     for case in cases {
         let Some((leader, reason)) = stale_leader(case, cases, &own) else { continue };
         if let Some(entry) = all.get_mut(&case.id).filter(|e| e.state == State::Done) {
-            *entry = Entry::new(State::Stale, Some(format!("follows {leader}: {reason}")));
+            let reason = Some(format!("follows {leader}: {reason}"));
+            (entry.state, entry.reason) = (State::Stale, reason);
         }
     }
     all
@@ -108,7 +110,7 @@ pub(super) fn entry(case: &Case, study: &Path, digests: &Digests) -> Entry {
         Ok(inputs) => inputs,
         Err(reason) if has_run => {
             let reason = format!("what it was run with cannot be compared: {reason}");
-            return Entry { state: State::Stale, reason: Some(reason), lacks_files: true };
+            return Entry { lacks_files: true, ..Entry::new(State::Stale, Some(reason)) };
         }
         // A case that follows another has no history before that is done.
         Err(_) if case.follows.is_some() && self::inputs(case, study, digests, false).is_ok() => {
@@ -119,7 +121,7 @@ pub(super) fn entry(case: &Case, study: &Path, digests: &Digests) -> Entry {
         Err(reason) => {
             // A case that was never to be run has no folder.
             let state = if folder.exists() { State::Failed } else { State::Waiting };
-            return Entry { state, reason: Some(reason), lacks_files: true };
+            return Entry { lacks_files: true, ..Entry::new(state, Some(reason)) };
         }
     };
     // A lock that cannot be read is an error of the run, which names it.
@@ -127,7 +129,8 @@ pub(super) fn entry(case: &Case, study: &Path, digests: &Digests) -> Entry {
         return Entry::new(State::Running, None);
     }
     let outcome = outcome::read(&folder);
-    match proof(&folder, &inputs) {
+    let (proof, record) = proof_and_record(&folder, &inputs);
+    let entry = match proof {
         Proof::Done => Entry::new(State::Done, None),
         Proof::Other(what) => Entry::new(State::Stale, Some(what)),
         Proof::NotConverged(message) => {
@@ -137,7 +140,8 @@ pub(super) fn entry(case: &Case, study: &Path, digests: &Digests) -> Entry {
             Some(refused) => Entry::new(State::Failed, Some(refused.message)),
             None => Entry::new(State::Waiting, None),
         },
-    }
+    };
+    Entry { record, ..entry }
 }
 
 /// Refuses to go on where runs are of other inputs or of another build.
@@ -152,22 +156,4 @@ pub fn refuse_other_runs(states: &States, folder: &Path) -> Result<(), StudyErro
         return Ok(());
     }
     Err(StudyError::OtherRuns { folder: folder.into(), cases })
-}
-
-/// A warning if runs of the study were computed with different vector instructions: they differ in rounding.
-#[must_use]
-pub fn mixture(cases: &[Case], folder: &Path) -> Option<String> {
-    let mut classes = BTreeSet::new();
-    for case in cases {
-        let path = folder_of(folder, &case.id).join("run/run.json");
-        let text = crate::files::read(&path, Input::Description).unwrap_or_default();
-        classes.extend(RunRecord::parse(&text).ok().map(|record| record.cpu));
-    }
-    let classes: Vec<String> = classes.into_iter().filter(|class| !class.is_empty()).collect();
-    (classes.len() > 1).then(|| {
-        format!(
-            "runs were computed with {}: their results differ in rounding; compare runs of one class of processors",
-            classes.join(", ")
-        )
-    })
 }

@@ -3,6 +3,7 @@
 mod chart_set;
 mod curves;
 mod evaluate;
+mod mixtures;
 mod row;
 mod table;
 
@@ -15,12 +16,13 @@ use super::compare::{sheet, tools};
 use super::file::Study;
 use super::inputs::folder_of;
 use super::output::{plot, write_csv};
-use super::states::{State, States};
+use super::states::{Entry, State, States};
 use super::{LISTED_MAX, StudyError};
 use crate::report::csv;
 use crate::report::doubt::Doubt;
 use crate::report::drawing::write_chart;
 use crate::report::page::Page;
+use crate::report::record::RunRecord;
 
 /// Writes `study.csv`, `cost.csv`, `study.html` and the charts into `folder`.
 ///
@@ -35,9 +37,8 @@ pub fn collect(
     states: &States,
     folder: &Path,
 ) -> Result<Findings, StudyError> {
-    let case_state = |case| case_state(case, states);
     let mut rows: Vec<Row<'_>> =
-        cases.iter().map(|case| row(study, case, case_state(case), folder)).collect();
+        cases.iter().map(|case| row(study, case, states.get(&case.id), folder)).collect();
     compare(&mut rows, study.reference.as_deref());
     let tables = [
         ("Cases", "study.csv", table::results(study, &rows)),
@@ -55,6 +56,8 @@ pub fn collect(
     let mut page = Page::new(&study.name);
     let doubts = doubts(&rows);
     page.doubts(&doubts);
+    let notes = mixtures::notes(&rows);
+    page.notes(&notes);
     for (title, name, (head, cells)) in &tables {
         let names: Vec<&str> = head.iter().map(String::as_str).collect();
         write_csv(&folder.join(name), &names, cells)?;
@@ -69,7 +72,7 @@ pub fn collect(
     }
     charts.iter().for_each(|(_, chart)| plot(&mut page, chart));
     page.write(&folder.join("study.html"))?;
-    Ok(Findings { checks, doubts })
+    Ok(Findings { checks, doubts, notes })
 }
 
 /// Result of a study.
@@ -79,6 +82,8 @@ pub struct Findings {
     pub checks: Vec<(Check, Outcome)>,
     /// Doubts about the completed cases, one of each code; `place` and `text` start with the case that exceeds the limit most.
     pub doubts: Vec<Doubt>,
+    /// Notes on runs that do not compare: of several builds, or on several classes of processors.
+    pub notes: Vec<String>,
 }
 
 /// Doubts about all completed cases: one of each code, that which exceeds its limit most, with the names of the other cases.
@@ -157,51 +162,51 @@ fn put_checks(page: &mut Page, checks: &[(Check, Outcome)]) {
     page.table(&["expected", "", "found", "allowed"], &cells);
 }
 
-/// State and reason of a case; one that is running has no results yet.
-fn case_state(case: &Case, states: &States) -> (CaseState, Option<String>) {
-    let Some(entry) = states.get(&case.id) else { return (CaseState::Waiting, None) };
-    let state = match entry.state {
-        State::Waiting | State::Running => CaseState::Waiting,
-        State::Done => CaseState::Done,
-        State::Failed => CaseState::Failed,
-        State::Stale => CaseState::Stale,
-    };
-    (state, entry.reason.clone())
+/// State of a case in the table; one that is running has no results yet.
+fn case_state(entry: Option<&Entry>) -> CaseState {
+    match entry.map(|entry| entry.state) {
+        None | Some(State::Waiting | State::Running) => CaseState::Waiting,
+        Some(State::Done) => CaseState::Done,
+        Some(State::Failed) => CaseState::Failed,
+        Some(State::Stale) => CaseState::Stale,
+    }
 }
 
-fn row<'a>(
-    study: &Study,
-    case: &'a Case,
-    (case_state, reason): (CaseState, Option<String>),
-    folder: &Path,
-) -> Row<'a> {
+fn row<'a>(study: &Study, case: &'a Case, entry: Option<&Entry>, folder: &Path) -> Row<'a> {
     let run = folder_of(folder, &case.id).join("run");
     let own = folder.canonicalize().unwrap_or_else(|_| folder.into());
     let (patches, shape_error) = tools(&case.scene, &folder_of(&own, &case.id));
     let mut row = Row {
         case,
-        case_state,
-        reason,
+        case_state: case_state(entry),
+        reason: entry.and_then(|entry| entry.reason.clone()),
         method: method(study, case),
         record: None,
+        build: String::new(),
         patches,
         shape_error,
         curve: Vec::new(),
         sheet: None,
         differences: Differences::default(),
     };
-    if case_state == CaseState::Stale {
+    let record = entry.and_then(|entry| entry.record.clone()).or_else(|| record(&run));
+    row.build = record.as_ref().map_or_else(String::new, |record| record.build.clone());
+    if row.case_state == CaseState::Stale {
         return row;
     }
-    let text = crate::files::read(&run.join("run.json"), crate::files::Input::Description)
-        .unwrap_or_default();
-    row.record = serde_json::from_slice(&text).ok();
+    row.record = record;
     let history = crate::files::read_text(&run.join("history.csv"), crate::files::Input::Table)
         .unwrap_or_default();
     row.curve = curve(&history, &study.watch);
     // The last state of an unfinished case is not comparable.
     row.sheet = row.done().then(|| sheet(&run)).flatten();
     row
+}
+
+/// The record of a run.
+fn record(run: &Path) -> Option<RunRecord> {
+    let text = crate::files::read(&run.join("run.json"), crate::files::Input::Description).ok()?;
+    serde_json::from_slice(&text).ok()
 }
 
 /// Methods of the options of a case, in the order of the choices; its name if there are none.

@@ -23,6 +23,8 @@ pub(super) struct Row<'a> {
     /// Its methods; its name if the study names none.
     pub(super) method: String,
     pub(super) record: Option<RunRecord>,
+    /// Build of its run, also of a run that is stale; empty if unknown.
+    pub(super) build: String,
     pub(super) patches: usize,
     pub(super) shape_error: Option<f64>,
     /// Travel [mm] and force [N] of the watched tool while its travel increases.

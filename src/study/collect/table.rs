@@ -118,10 +118,10 @@ fn state(row: &Row<'_>) -> String {
     .into()
 }
 
-/// Codes of the doubts about a run.
+/// Codes of the doubts about a run. The separator needs no quotes in a table file.
 fn doubt_codes(record: &RunRecord) -> String {
     let codes: Vec<&str> = record.doubts.iter().map(|doubt| doubt.code.as_str()).collect();
-    codes.join(" ")
+    codes.join("; ")
 }
 
 fn phase(record: &RunRecord, k: usize) -> String {

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::*;
 use crate::study::cases::{Roots, cases};
 use crate::study::inputs::{Digests, inputs};
-use crate::study::states::{Entry, states};
+use crate::study::states::states;
 
 /// A study of three models in a folder: the first two done, the third not started.
 struct Made {
@@ -185,10 +185,7 @@ fn methods_are_lines_and_the_best_are_ringed() {
     let mut rows: Vec<Row<'_>> = made
         .cases
         .iter()
-        .map(|case| {
-            let case_state = case_state(case, &made.states());
-            row(&made.study, case, case_state, made.folder.path())
-        })
+        .map(|case| row(&made.study, case, made.states().get(&case.id), made.folder.path()))
         .collect();
     rows[0].shape_error = Some(0.01);
     let error = ("shape", "Shape error", "mm", (|r, _| r.shape_error) as chart_set::Number);
@@ -233,4 +230,33 @@ fn a_doubt_about_many_cases_is_told_once_with_their_names() {
     let names = ["a", "b", "c", "d", "e", "f"];
     assert_eq!(others(&names[..2]), " The same doubt applies to 2 others: a, b.");
     assert!(others(&names).ends_with("6 others: a, b, c, d, e and 1 more (study.csv)."));
+}
+
+#[test]
+fn runs_of_several_builds_or_processors_are_noted_with_their_cases() {
+    let mut made = Made::new(json!([]));
+    let put = |case: &str, key: &str, value: &str| {
+        let path = folder_of(made.folder.path(), case).join("run/run.json");
+        let mut record: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+        record[key] = value.into();
+        fs::write(&path, record.to_string()).unwrap();
+    };
+    put("fine", "cpu", "x86-v4");
+    // What is unknown is no other class.
+    assert!(made.findings().notes.is_empty());
+    put("coarse", "cpu", "x86-v3");
+    let notes = made.findings().notes;
+    assert_eq!(notes.len(), 1);
+    assert!(notes[0].contains("processors: x86-v3 (coarse); x86-v4 (fine)."), "{notes:?}");
+    put("coarse", "build", "0.1.0 of another");
+    let notes = made.findings().notes;
+    let builds = format!("0.1.0 of another (coarse); {} (fine)", crate::run::build::BUILD);
+    assert!(notes.len() == 1 && notes[0].contains(&builds), "{notes:?}");
+    let page = fs::read_to_string(made.path("study.html")).unwrap();
+    let (before, after) = page.split_once("<section class=\"notes\">").unwrap();
+    assert!(after.contains(&builds) && !before.contains("<h2>Cases"), "before the tables");
+    // A case that is not done takes no part.
+    put("coarse", "build", crate::run::build::BUILD);
+    made.other.insert("coarse".into(), Entry::new(State::Failed, None));
+    assert!(made.findings().notes.is_empty());
 }

@@ -87,6 +87,9 @@ pub trait Runner {
     /// Interval between calls of [`Runner::poll`].
     fn interval(&self) -> Duration;
 
+    /// Puts groups that may run in any order into the order in which [`Runner::submit`] takes them.
+    fn arrange(&self, _groups: &mut [Group]) {}
+
     /// Submits groups, one ticket each; they start when those of `after` have ended. The tickets are recorded before the
     /// engine may lose them.
     ///

@@ -16,7 +16,7 @@ impl std::str::FromStr for Template {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let words = shlex::split(text).filter(|words| !words.is_empty());
+        let words = split(text).filter(|words| !words.is_empty());
         let words = words
             .ok_or_else(|| format!("found {text:?}; allowed: a command with closed quotes"))?;
         Ok(Self { words })
@@ -60,6 +60,12 @@ impl Template {
         };
         self.words.iter().flat_map(put).collect()
     }
+}
+
+/// Words of a line, as a shell splits it; `None` where a quote is not closed.
+#[must_use]
+pub fn split(line: &str) -> Option<Vec<String>> {
+    shlex::split(line)
 }
 
 /// Words as a line for a shell.

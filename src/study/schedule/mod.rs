@@ -3,10 +3,11 @@
 //! A case is done only if its `run.json` proves it. A ticket that has ended without proof is submitted again, at most
 //! [`Execution::max_tries`] times without progress. An engine that does not answer changes nothing.
 
+mod before;
 mod settle;
 mod submit;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -18,7 +19,7 @@ use super::groups::groups;
 use super::inputs::{Digests, folder_of};
 use super::runner::tickets::{Submission, Ticket, Tickets};
 use super::runner::{EngineError, Runner, TicketState};
-use super::states::{Entry, State, States};
+use super::states::{State, States};
 use crate::cancel::Cancel;
 use crate::report::record::RunRecord;
 use crate::run::lock::{self, Attempt, Lock, Lost};
@@ -42,6 +43,8 @@ pub struct Execution<'a> {
     pub task_s: f64,
     /// Time after which a running task without a run at work counts as gone.
     pub stall: Duration,
+    /// The clock for times that an engine is given.
+    pub now: &'a dyn Fn() -> Instant,
     /// Run failed cases again.
     pub again: bool,
     /// Run cases again whose runs are of other inputs or of another build.
@@ -104,7 +107,8 @@ pub fn check_lock(lock: &Lock, folder: &Path) -> Result<(), StudyError> {
     lock.check().map_err(lost)
 }
 
-/// Asks submitted cases to end.
+/// Asks submitted cases to end. Returns the number of those that the engine still has; the others have ended, or the
+/// engine has removed them from its lists.
 ///
 /// # Errors
 /// [`StudyError`] when they were submitted with another runner (`name`), or the engine does not answer.
@@ -113,22 +117,40 @@ pub fn cancel(
     name: &str,
     tickets: &[Ticket],
     runner: &mut dyn Runner,
-) -> Result<(), StudyError> {
+) -> Result<usize, StudyError> {
     if name != runner.name() {
         return Err(other_runner(folder, name, runner));
     }
     // The engine's numbers of the jobs are learned first; it refuses to end what has ended.
-    let done = runner.poll(tickets).and_then(|states| {
-        let of_work = |s: &TicketState| matches!(s, TicketState::Waiting(_) | TicketState::Running);
-        let open = tickets.iter().zip(states).filter(|(_, state)| of_work(state));
-        let open: Vec<Ticket> = open.map(|(ticket, _)| ticket.clone()).collect();
-        if open.is_empty() { Ok(()) } else { runner.cancel(&open) }
+    let done = unended(tickets, runner).and_then(|open| match cancelled(&open, runner) {
+        Ok(()) => Ok(open.len()),
+        // They may have ended meanwhile.
+        Err(error) => {
+            if unended(tickets, runner)?.is_empty() {
+                Ok(0)
+            } else {
+                Err(error)
+            }
+        }
     });
     done.map_err(|error| match error {
         EngineError::Study(error) => error,
         EngineError::NoAnswer(reason) => StudyError::NoAnswer { runner: runner.name(), reason },
         EngineError::Refused(reason) => StudyError::Refused { runner: runner.name(), reason },
     })
+}
+
+/// Has the engine end tickets, if there are any.
+fn cancelled(tickets: &[Ticket], runner: &mut dyn Runner) -> Result<(), EngineError> {
+    if tickets.is_empty() { Ok(()) } else { runner.cancel(tickets) }
+}
+
+/// Tickets that wait or run.
+fn unended(tickets: &[Ticket], runner: &mut dyn Runner) -> Result<Vec<Ticket>, EngineError> {
+    let of_work = |s: &TicketState| matches!(s, TicketState::Waiting(_) | TicketState::Running);
+    let states = runner.poll(tickets)?;
+    let open = tickets.iter().zip(states).filter(|(_, state)| of_work(state));
+    Ok(open.map(|(ticket, _)| ticket.clone()).collect())
 }
 
 /// What would be submitted for the cases that are not done, rank by rank.
@@ -174,6 +196,14 @@ struct Job<'a> {
     told: String,
 }
 
+/// What an engine is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Question {
+    Submit,
+    Poll,
+    Cancel,
+}
+
 struct Schedule<'a, 'b> {
     jobs: Vec<Job<'a>>,
     /// Jobs that depend only on those of earlier ranges.
@@ -181,8 +211,8 @@ struct Schedule<'a, 'b> {
     how: Execution<'b>,
     say: &'b (dyn Fn(&str) + Sync),
     digests: Digests,
-    /// The last message of an engine without answer.
-    silence: String,
+    /// The last message of an engine without answer, by what it was asked: its queue may be closed while it lists tasks.
+    silence: BTreeMap<Question, String>,
     /// When a run of a running ticket was last seen at work or ended.
     at_work: HashMap<Ticket, Instant>,
     /// Since when a ticket that may only be hidden has not been known.
@@ -193,89 +223,7 @@ struct Schedule<'a, 'b> {
     asked: HashMap<String, u32>,
 }
 
-impl<'a, 'b> Schedule<'a, 'b> {
-    /// The schedule of cases with the tickets of earlier executions.
-    fn new(
-        cases: &'a [Case],
-        how: Execution<'b>,
-        say: &'b (dyn Fn(&str) + Sync),
-    ) -> Result<Self, StudyError> {
-        let mut known = Tickets::read(how.folder);
-        let open = known.cases.values().any(|submission| submission.ticket.is_some());
-        if open && known.runner != how.runner.name() {
-            return Err(other_runner(how.folder, &known.runner, &*how.runner));
-        }
-        let (mut jobs, mut rows): (Vec<Job<'a>>, Vec<Range<usize>>) = Default::default();
-        let mut index: HashMap<&str, usize> = HashMap::new();
-        for rank in ranks(cases) {
-            rows.push(jobs.len()..jobs.len() + rank.len());
-            for case in rank {
-                index.insert(&case.id, jobs.len());
-                jobs.push(Job {
-                    case,
-                    phase: Phase::Open,
-                    leader: case.follows.as_deref().and_then(|id| index.get(id).copied()),
-                    submission: known.cases.remove(&case.id).unwrap_or_default(),
-                    inherited: false,
-                    told: String::new(),
-                });
-                if let Some(job) = jobs.last_mut() {
-                    job.inherited = job.submission.ticket.is_some();
-                }
-            }
-        }
-        Ok(Self {
-            jobs,
-            ranks: rows,
-            how,
-            say,
-            digests: Digests::default(),
-            silence: String::new(),
-            at_work: HashMap::new(),
-            gone_since: HashMap::new(),
-            inherited: open,
-            asked: HashMap::new(),
-        })
-    }
-
-    /// The phases of all cases before anything is submitted.
-    fn settle_all_before(&mut self) {
-        let before = self.how.before;
-        for k in 0..self.jobs.len() {
-            // A ticket whose end nobody has seen yet comes first.
-            if self.jobs[k].submission.ticket.is_none()
-                && let Some(entry) = before.get(&self.jobs[k].case.id)
-            {
-                self.settle_before(k, entry);
-            }
-        }
-    }
-
-    /// The phase of a case before anything is submitted.
-    fn settle_before(&mut self, k: usize, entry: &Entry) {
-        let job = &mut self.jobs[k];
-        let failed = |job: &mut Job<'_>, reason: &str| {
-            job.phase = Phase::Settled(State::Failed);
-            (self.say)(&format!("{}: failed: {reason}", job.case.id));
-        };
-        let reason = entry.reason.clone().unwrap_or_default();
-        match entry.state {
-            State::Done => job.phase = Phase::Settled(State::Done),
-            _ if entry.lacks_files => failed(job, &reason),
-            State::Failed if !self.how.again => failed(job, &reason),
-            State::Stale if self.how.renew => job.submission = Submission::default(),
-            _ if self.how.again => job.submission = Submission::default(),
-            _ if job.submission.tries >= self.how.max_tries => {
-                let tries = job.submission.tries;
-                let reason = job.submission.last_failure.clone();
-                let reason =
-                    reason.unwrap_or_else(|| format!("submitted {tries} times without progress"));
-                failed(job, &reason);
-            }
-            _ => {}
-        }
-    }
-
+impl<'a> Schedule<'a, '_> {
     /// Submits and settles until nothing is left, a stop is requested, or after one submission if detached.
     fn run(&mut self) -> Result<(), StudyError> {
         let mut cancelled = false;
@@ -304,10 +252,13 @@ impl<'a, 'b> Schedule<'a, 'b> {
 
     /// An error if the engine has not answered: a detached study must not look submitted.
     fn answered(&self) -> Result<(), StudyError> {
-        if self.silence.is_empty() {
-            return Ok(());
+        match self.silence.values().next() {
+            None => Ok(()),
+            Some(reason) => {
+                let (runner, reason) = (self.how.runner.name(), reason.clone());
+                Err(StudyError::NoAnswer { runner, reason })
+            }
         }
-        Err(StudyError::NoAnswer { runner: self.how.runner.name(), reason: self.silence.clone() })
     }
 
     fn left(&self) -> Left {
@@ -349,7 +300,7 @@ impl<'a, 'b> Schedule<'a, 'b> {
         let tickets: Vec<Ticket> =
             self.jobs.iter().filter_map(|job| job.submission.ticket.clone()).collect();
         let cancelled = self.how.runner.cancel(&tickets);
-        self.answer(cancelled).map(|_| ())
+        self.answer(Question::Cancel, cancelled).map(|_| ())
     }
 
     fn write(&self) -> Result<(), StudyError> {

@@ -1,9 +1,9 @@
 //! Settles cases: by the states of their tickets and by the proof in their folders.
 
 use std::collections::HashMap;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use super::{Phase, Schedule, increments};
+use super::{Phase, Question, Schedule, increments};
 use crate::study::StudyError;
 use crate::study::inputs::folder_of;
 use crate::study::outcome;
@@ -34,7 +34,7 @@ impl Schedule<'_, '_> {
         tickets.sort_unstable();
         tickets.dedup();
         let polled = self.how.runner.poll(&tickets);
-        let Some(states) = self.answer(polled)? else { return Ok(()) };
+        let Some(states) = self.answer(Question::Poll, polled)? else { return Ok(()) };
         let states: HashMap<Ticket, TicketState> = tickets.into_iter().zip(states).collect();
         self.gone_since.retain(|ticket, _| states.get(ticket) == Some(&TicketState::Gone));
         let (mut changed, mut running) = (false, Vec::new());
@@ -59,15 +59,20 @@ impl Schedule<'_, '_> {
         if changed { self.write() } else { Ok(()) }
     }
 
-    /// The value of an answer; `None`, with a message, if the engine does not answer.
+    /// The value of an answer to a question; `None`, with a message, if the engine does not answer.
     pub(super) fn answer<T>(
         &mut self,
+        question: Question,
         answer: Result<T, EngineError>,
     ) -> Result<Option<T>, StudyError> {
         match answer {
             Ok(value) => {
-                if !self.silence.is_empty() {
-                    self.silence.clear();
+                // An engine that takes a submission answers everything.
+                let was_silent = match question {
+                    Question::Submit => !std::mem::take(&mut self.silence).is_empty(),
+                    _ => self.silence.remove(&question).is_some(),
+                };
+                if was_silent {
                     (self.say)(&format!("{} answers again", self.how.runner.name()));
                 }
                 Ok(Some(value))
@@ -77,13 +82,13 @@ impl Schedule<'_, '_> {
                 Err(StudyError::Refused { runner: self.how.runner.name(), reason })
             }
             Err(EngineError::NoAnswer(reason)) => {
-                if self.silence != reason {
+                if self.silence.get(&question) != Some(&reason) {
                     (self.say)(&format!(
                         "{} does not answer, asked again: {reason}",
                         self.how.runner.name()
                     ));
                 }
-                self.silence = reason;
+                self.silence.insert(question, reason);
                 Ok(None)
             }
         }
@@ -108,7 +113,7 @@ impl Schedule<'_, '_> {
         }
         let entry = entry(self.jobs[k].case, self.how.folder, &self.digests);
         if matches!(entry.state, State::Running | State::Done) {
-            self.at_work.insert(ticket.clone(), Instant::now());
+            self.at_work.insert(ticket.clone(), (self.how.now)());
         }
         if entry.state == State::Done {
             self.end(k, State::Done, None);
@@ -127,18 +132,20 @@ impl Schedule<'_, '_> {
         if ended || outcome::read(&folder).is_some() {
             return false;
         }
-        let since = *self.gone_since.entry(ticket.clone()).or_insert_with(Instant::now);
-        since.elapsed() < GONE_GRACE
+        let now = (self.how.now)();
+        let since = *self.gone_since.entry(ticket.clone()).or_insert(now);
+        now.duration_since(since) < GONE_GRACE
     }
 
     /// Opens the cases of running tickets again in whose folders nothing has been at work for too long. True if there are
     /// any.
     fn settle_stalled(&mut self, running: &[Ticket]) -> Result<bool, StudyError> {
         self.at_work.retain(|ticket, _| running.contains(ticket));
+        let now = (self.how.now)();
         let mut stalled = Vec::new();
         for ticket in running {
-            let seen = *self.at_work.entry(ticket.clone()).or_insert_with(Instant::now);
-            if seen.elapsed() >= self.how.stall && !stalled.contains(ticket) {
+            let seen = *self.at_work.entry(ticket.clone()).or_insert(now);
+            if now.duration_since(seen) >= self.how.stall && !stalled.contains(ticket) {
                 stalled.push(ticket.clone());
             }
         }
@@ -146,7 +153,7 @@ impl Schedule<'_, '_> {
             return Ok(false);
         }
         let cancelled = self.how.runner.cancel(&stalled);
-        if self.answer(cancelled)?.is_none() {
+        if self.answer(Question::Cancel, cancelled)?.is_none() {
             return Ok(false);
         }
         for k in 0..self.jobs.len() {

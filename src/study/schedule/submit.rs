@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::{Job, Phase, Schedule, check_lock, increments, write};
+use super::{Job, Phase, Question, Schedule, check_lock, increments, write};
 use crate::run::lock::{self, Place};
 use crate::study::StudyError;
 use crate::study::case::Case;
@@ -50,6 +50,7 @@ impl Schedule<'_, '_> {
         };
         let mut groups = [of(&first, self.how.task_s), of(&again, 0.0)].concat();
         groups.truncate(self.how.runner.free());
+        self.how.runner.arrange(&mut groups);
         let after: Vec<Ticket> = ready
             .iter()
             .filter_map(|&k| self.leader(&self.jobs[k])?.submission.ticket.clone())
@@ -79,7 +80,7 @@ impl Schedule<'_, '_> {
             if keeps { write(jobs, keeps, lock, name, folder) } else { Ok(()) }
         };
         let submitted = runner.submit(&groups, &after, &mut record);
-        let count = self.answer(submitted)?.map_or(0, |tickets| tickets.len());
+        let count = self.answer(Question::Submit, submitted)?.map_or(0, |tickets| tickets.len());
         for name in groups.iter().take(count).flat_map(|group| &group.cases) {
             (self.say)(&format!("{name}: {}", if keeps { "submitted" } else { "begins" }));
         }

@@ -1,13 +1,15 @@
 //! Slurm: every submission is a job array with a name of its own, by which it is found again. Job ids alone do not do: a
 //! controller that is killed after a submission may forget it and give its id to the next one.
 
+mod environment;
+
 use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, SystemTime};
 
-use super::template::joined;
+use super::template::{joined, split};
 use super::tickets::Ticket;
 use super::{EngineError, Group, Record, Runner, TicketState};
 use crate::files::{sha256_hex, write_atomic};
@@ -17,6 +19,9 @@ use crate::study::StudyError;
 const POLL_INTERVAL: Duration = Duration::from_secs(2);
 /// Largest number of tasks of an array, one less than the default of Slurm's `MaxArraySize`.
 const TASKS_MAX: usize = 1000;
+/// Largest over smallest expected memory of the tasks of an array, which all get what the largest needs: at most half of it
+/// is kept from others in vain.
+const MEMORY_RATIO_MAX: f64 = 2.0;
 /// Requested over expected memory: a run above its request is killed, and what is requested is kept from others.
 const MEMORY_FACTOR: f64 = 1.3;
 /// Requested time over the upper estimate: machines differ by a factor of two.
@@ -115,28 +120,29 @@ impl Slurm {
     }
 
     /// Writes the script of an array.
-    fn write(&self, name: &str, groups: &[Group]) -> Result<(), StudyError> {
+    fn write(&self, name: &str, text: &str) -> Result<(), StudyError> {
         let folder = self.setup.study.join(FOLDER);
         std::fs::create_dir_all(&folder)
             .map_err(|source| StudyError::Folder { path: folder.clone(), source })?;
-        let text = self.script(name, groups);
         write_atomic(&folder.join(format!("{name}.sh")), |w| w.write_all(text.as_bytes()))?;
         Ok(())
     }
 
-    /// Submits a written array that starts after `after`.
+    /// Submits an array with a written script of this text; it starts after `after`.
     fn submit_array(
         &mut self,
         name: &str,
         tasks: usize,
+        text: &str,
         after: &[Ticket],
     ) -> Result<(), EngineError> {
-        // On the command line they count more than variables of the environment and options of the user.
-        let mut arguments = vec![
+        // sbatch takes an option from its command line, else from the environment, else from the script.
+        let mut arguments = self.options();
+        arguments.extend([
             "--parsable".to_owned(),
             format!("--job-name={name}"),
             format!("--array=0-{}", tasks.saturating_sub(1)),
-        ];
+        ]);
         let mut jobs: Vec<&str> =
             after.iter().filter_map(|t| self.jobs.get(&t.id)).map(String::as_str).collect();
         jobs.sort_unstable();
@@ -145,7 +151,7 @@ impl Slurm {
             arguments.push(format!("--dependency=afterany:{}", jobs.join(":")));
         }
         arguments.push(format!("{FOLDER}/{name}.sh"));
-        let output = self.command("sbatch", &arguments)?;
+        let output = self.command("sbatch", &arguments, &environment::of_script(text))?;
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         let job = text.trim().split(';').next().unwrap_or_default().to_owned();
         if output.status.success() && !job.is_empty() {
@@ -156,17 +162,30 @@ impl Slurm {
         Err(if self.answers() { EngineError::Refused(why) } else { EngineError::NoAnswer(why) })
     }
 
-    /// Whether the controller answers.
-    fn answers(&self) -> bool {
-        self.command("scontrol", &["ping".to_owned()]).is_ok_and(|done| done.status.success())
+    /// Words of the options of `sbatch`.
+    fn options(&self) -> Vec<String> {
+        self.setup.options.iter().flat_map(|option| words_of(option)).collect()
     }
 
-    /// Output of a program of Slurm.
-    fn command(&self, program: &str, arguments: &[String]) -> Result<Output, EngineError> {
+    /// Whether the controller answers.
+    fn answers(&self) -> bool {
+        self.command("scontrol", &["ping".to_owned()], &[]).is_ok_and(|done| done.status.success())
+    }
+
+    /// Output of a program of Slurm that does not inherit the variables `without`.
+    fn command(
+        &self,
+        program: &str,
+        arguments: &[String],
+        without: &[&str],
+    ) -> Result<Output, EngineError> {
         let mut command = Command::new(program);
-        // Filters of the user's own lists would hide tickets.
-        for variable in ["USERS", "PARTITION", "ACCOUNT", "STATES", "NAMES"] {
-            command.env_remove(format!("SQUEUE_{variable}"));
+        environment::hiding().iter().for_each(|variable| _ = command.env_remove(variable));
+        without.iter().for_each(|variable| _ = command.env_remove(variable));
+        command.env_remove(environment::SBATCH_CLUSTERS);
+        let variable = |name: &str| std::env::var(name).ok();
+        if let Some(clusters) = environment::clusters(&self.options(), variable) {
+            command.env(environment::CLUSTERS, clusters);
         }
         let done =
             command.args(arguments).current_dir(&self.setup.study).stdin(Stdio::null()).output();
@@ -203,6 +222,11 @@ impl Runner for Slurm {
         POLL_INTERVAL
     }
 
+    fn arrange(&self, groups: &mut [Group]) {
+        let memory = |group: &Group| group.memory_mb.unwrap_or(0.0);
+        groups.sort_by(|a, b| memory(a).total_cmp(&memory(b)));
+    }
+
     fn submit(
         &mut self,
         groups: &[Group],
@@ -216,15 +240,17 @@ impl Runner for Slurm {
             )));
         }
         let mut tickets = Vec::new();
-        for (k, array) in groups.chunks(TASKS_MAX).enumerate() {
+        for (k, array) in arrays(groups).into_iter().enumerate() {
+            let before = tickets.len();
             let name = self.new_name(k);
-            self.write(&name, array)?;
+            let text = self.script(&name, array);
+            self.write(&name, &text)?;
             tickets.extend((0..array.len()).map(|task| Ticket { id: name.clone(), task }));
             record(&tickets)?;
-            if let Err(error) = self.submit_array(&name, array.len(), after) {
+            if let Err(error) = self.submit_array(&name, array.len(), &text, after) {
                 if matches!(error, EngineError::Refused(_)) {
                     // Its tickets do not exist.
-                    tickets.truncate(k * TASKS_MAX);
+                    tickets.truncate(before);
                     record(&tickets)?;
                 }
                 return Err(error);
@@ -239,7 +265,7 @@ impl Runner for Slurm {
         }
         let names = Self::names(tickets).join(",");
         let arguments = ["-a", "-h", "-r", "-t", "all", "-o", "%F|%K|%T|%j|%r", "-n", &names];
-        let output = self.command("squeue", &arguments.map(str::to_owned))?;
+        let output = self.command("squeue", &arguments.map(str::to_owned), &[])?;
         if !output.status.success() {
             return Err(EngineError::NoAnswer(failure("squeue", &output)));
         }
@@ -272,7 +298,7 @@ impl Runner for Slurm {
                 vec![arguments]
             };
             for call in calls {
-                let output = self.command("scancel", call)?;
+                let output = self.command("scancel", call, &[])?;
                 if !output.status.success() {
                     first.get_or_insert_with(|| failure("scancel", &output));
                 }
@@ -282,9 +308,39 @@ impl Runner for Slurm {
     }
 
     fn emit(&self, groups: &[Group]) -> String {
+        let mut groups = groups.to_vec();
+        self.arrange(&mut groups);
         let script = |(k, array): (usize, &[Group])| self.script(&self.new_name(k), array);
-        groups.chunks(TASKS_MAX).enumerate().map(script).collect()
+        arrays(&groups).into_iter().enumerate().map(script).collect()
     }
+}
+
+/// Arranged groups by the array that they are tasks of: those of similar memory, and at most [`TASKS_MAX`].
+fn arrays(groups: &[Group]) -> Vec<&[Group]> {
+    let mut arrays = Vec::new();
+    let mut start = 0;
+    for k in 1..=groups.len() {
+        let fits = groups.get(k).is_some_and(|group| is_similar(&groups[start], group));
+        if !fits || k - start == TASKS_MAX {
+            arrays.push(&groups[start..k]);
+            start = k;
+        }
+    }
+    arrays
+}
+
+/// Whether a group may be in an array whose smallest is `smallest`.
+fn is_similar(smallest: &Group, group: &Group) -> bool {
+    match (smallest.memory_mb, group.memory_mb) {
+        (Some(least), Some(own)) => own <= MEMORY_RATIO_MAX * least,
+        // A group without estimate gets what the cluster gives by default.
+        (least, own) => least == own,
+    }
+}
+
+/// Words of an option, as in a script; an option that cannot be split is one word.
+fn words_of(option: &str) -> Vec<String> {
+    split(option).unwrap_or_else(|| vec![option.to_owned()])
 }
 
 /// Folders of a group's cases in a line.
@@ -320,55 +376,4 @@ fn failure(program: &str, output: &Output) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn slurm() -> Slurm {
-        let options = vec!["--account=forming".to_owned()];
-        let study = PathBuf::from("/shared/out of steel");
-        Slurm::new(Setup { study, program: "/opt/kanagata-solve".into(), options, again: false })
-    }
-
-    fn group(cases: &[&str], memory_mb: Option<f64>, seconds: Option<f64>) -> Group {
-        let cases = cases.iter().map(|case| (*case).to_owned()).collect();
-        Group { cases, threads: 4, memory_mb, seconds }
-    }
-
-    #[test]
-    fn a_script_asks_for_what_its_largest_task_needs() {
-        let groups =
-            [group(&["a", "b"], Some(100.0), Some(3600.0)), group(&["c"], Some(401.0), Some(60.0))];
-        let text = slurm().script("kanagata-1", &groups);
-        for line in [
-            "#SBATCH --job-name=kanagata-1",
-            "#SBATCH --array=0-1",
-            "#SBATCH --cpus-per-task=4",
-            "#SBATCH --mem=522M",
-            "#SBATCH --time=120",
-            "#SBATCH --account=forming",
-            "cd '/shared/out of steel' || exit 4",
-            "cases/a cases/b",
-            "exec /opt/kanagata-solve --threads 4 case \"$@\"",
-        ] {
-            assert!(text.lines().any(|l| l == line), "{line}: {text}");
-        }
-        let unknown = slurm().script("kanagata-1", &[group(&["a"], None, None)]);
-        assert!(!unknown.contains("--mem") && !unknown.contains("--time"), "{unknown}");
-        let short = slurm().script("kanagata-1", &[group(&["a"], Some(1.0), Some(1.0))]);
-        assert!(short.contains("--time=5\n"), "{short}");
-    }
-
-    #[test]
-    fn states_of_tasks_are_waiting_running_or_ended() {
-        assert_eq!(state_of("PENDING", "Priority"), TicketState::Waiting(None));
-        let never = TicketState::Waiting(Some("BadConstraints".into()));
-        assert_eq!(state_of("PENDING", "BadConstraints"), never);
-        assert_eq!(state_of("COMPLETING", "None"), TicketState::Running);
-        let retry =
-            |state| matches!(state_of(state, "None"), TicketState::Ended { retry: true, .. });
-        assert!(
-            retry("COMPLETED") && retry("TIMEOUT") && retry("OUT_OF_MEMORY") && retry("NODE_FAIL")
-        );
-        assert!(!retry("CANCELLED") && !retry("CANCELLED by 0"));
-    }
-}
+mod tests;

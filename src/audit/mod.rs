@@ -23,6 +23,7 @@ pub mod clearance;
 mod doubts;
 mod gaps;
 mod jumps;
+pub(crate) mod local;
 pub mod map;
 mod options;
 #[cfg(feature = "pages")]
@@ -92,13 +93,10 @@ pub fn audit(
     if !(1..=256).contains(&options.samples) {
         return Err(AuditError::Samples { found: options.samples });
     }
-    let sign = orientation(tool, reference);
-    let probes: Vec<Probe<'_, _>> = tool
-        .patches
-        .iter()
-        .zip(&tool.faces)
-        .map(|(patch, &face)| Probe { patch, face, reference, sign })
-        .collect();
+    let (sign, starts) = orientation(tool, reference);
+    let probe = |((patch, &face), &start)| Probe { patch, face, reference, sign, start };
+    let probes: Vec<Probe<'_, _>> =
+        tool.patches.iter().zip(&tool.faces).zip(&starts).map(probe).collect();
     let samples: Vec<PatchSamples> =
         probes.par_iter().map(|p| PatchSamples::new(p, options.samples)).collect();
     if let Some(patch) = samples.iter().position(|s| s.valid().next().is_none()) {
@@ -142,17 +140,23 @@ pub fn open_sides(
 }
 
 /// +1, or -1 when the tool model as a whole has the opposite orientation of the CAD (reversed towards the sheet during
-/// conversion): area-weighted agreement of the normals at the patch centres.
-fn orientation(tool: &ToolModel, reference: &impl ReferenceSurface) -> f64 {
+/// conversion): area-weighted agreement of the normals at the patch centres. The second result are the parameters of
+/// the CAD surface there.
+fn orientation(
+    tool: &ToolModel,
+    reference: &impl ReferenceSurface,
+) -> (f64, Vec<Option<crate::geometry::Vec2>>) {
     let agreement = |(patch, &face): (&crate::tool::Patch, &u32)| {
         let (eta, zeta) = sample::middle(patch);
         let d = patch.derivs(eta, zeta);
-        let normal = reference.closest(&d.s, face).map(|f| f.own_normal.unwrap_or(f.normal));
+        let found = reference.closest_from(&d.s, face, None);
+        let normal = found.map(|(f, _)| f.own_normal.unwrap_or(f.normal));
         let fraction = normal.map_or(0.0, |n| d.d1.cross(&d.d2).dot(&n));
-        if fraction.is_finite() { fraction } else { 0.0 }
+        (if fraction.is_finite() { fraction } else { 0.0 }, found.and_then(|f| f.1))
     };
-    let shares: Vec<f64> = tool.patches.par_iter().zip(&tool.faces).map(agreement).collect();
-    if shares.iter().sum::<f64>() < 0.0 { -1.0 } else { 1.0 }
+    let (shares, starts): (Vec<f64>, Vec<_>) =
+        tool.patches.par_iter().zip(&tool.faces).map(agreement).unzip();
+    (if shares.iter().sum::<f64>() < 0.0 { -1.0 } else { 1.0 }, starts)
 }
 
 #[cfg(test)]

@@ -9,8 +9,9 @@ use crate::cad::closest::ClosestPoint;
 use crate::cad::model::{Edge, Face, Foot, FootLocation};
 use crate::cad::raw::LostFace;
 use crate::geometry::box_tree::BoxTree;
-use crate::geometry::nurbs::Curve3;
-use crate::geometry::{Aabb, Vec3};
+use crate::geometry::frame::unit;
+use crate::geometry::nurbs::{Curve3, SurfaceDerivs};
+use crate::geometry::{Aabb, Vec2, Vec3};
 use crate::tool::{Patch, ToolModel};
 
 /// Maximum number of faces near a border point tested for containing it. Where more bounding boxes overlap, a border
@@ -42,6 +43,17 @@ pub trait ReferenceSurface: Sync {
     /// work limit.
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot>;
 
+    /// As [`Self::closest`]. `start` are parameters of `face` near those of the closest point, which some surfaces need.
+    /// The second result are the parameters found: the start for a point nearby.
+    fn closest_from(
+        &self,
+        p: &Vec3,
+        face: u32,
+        _start: Option<Vec2>,
+    ) -> Option<(ReferenceFoot, Option<Vec2>)> {
+        Some((self.closest(p, face)?, None))
+    }
+
     /// Faces of the file missing from the surface.
     fn lost_faces(&self) -> Vec<LostFace> {
         Vec::new()
@@ -64,6 +76,19 @@ pub trait ReferenceSurface: Sync {
         false
     }
 }
+
+/// A foot point inside the trimmed region of a face.
+pub(super) struct FootInside {
+    pub foot: ReferenceFoot,
+    /// Parameters on the face.
+    pub uv: Vec2,
+    /// Distance [mm].
+    pub distance: f64,
+}
+
+/// Cosine of the angle between the distance vector and the tangents below which a foot point is a minimum of the
+/// distance rather than a point of the border. Doubled: no visible effect, Newton's method ends at 1e-9 or less.
+const STATIONARY_COSINE: f64 = 1e-6;
 
 /// An edge of the reference near a point.
 #[derive(Debug, Clone, PartialEq)]
@@ -153,34 +178,73 @@ impl CadReference<'_> {
         tool.patches.par_iter().map(nearest).collect()
     }
 
-    /// Normal at a foot point. Where the surface is degenerate to within rounding its limit from all sides is used
-    /// (pole of a sphere). It is zero where there is no limit: at the apex of a cone all its normals are equally close,
-    /// and rounding may select one opposite to that of a patch.
+    /// Foot point inside the trimmed region of `face`, the local minimum of the distance reached from the parameters
+    /// `start`. `None` when it is on the border of the region or outside.
+    pub(super) fn foot_inside(&self, p: &Vec3, face: u32, start: Vec2) -> Option<FootInside> {
+        let own = self.model.faces.get(face as usize)?;
+        let (uv, d) = own.surface.closest_locally(p, start);
+        let offset = p - d.s;
+        let distance = offset.norm();
+        let slope = |tangent: &Vec3| {
+            offset.dot(tangent).abs() <= STATIONARY_COSINE * tangent.norm() * distance
+        };
+        let stationary = distance <= self.tie || (slope(&d.su) && slope(&d.sv));
+        if !stationary || !self.index.region_contains(face as usize, uv) {
+            return None;
+        }
+        let cross = || unit(d.su.cross(&d.sv)).map(|n| if own.flipped { -n } else { n });
+        let normal = degenerate_normal(own, uv, &d).or_else(cross).unwrap_or_else(Vec3::zeros);
+        let (point, own_normal, on_border) = (d.s, None, false);
+        Some(FootInside {
+            foot: ReferenceFoot { point, normal, own_normal, face, on_border },
+            uv,
+            distance,
+        })
+    }
+
+    /// The foot point of a search, on a face other than `own` with the normal there.
+    fn reference_foot(&self, foot: &Foot, own_normal: Option<Vec3>) -> ReferenceFoot {
+        ReferenceFoot {
+            point: foot.point,
+            normal: self.normal(foot),
+            own_normal,
+            face: foot.face as u32,
+            on_border: self.is_on_border(foot),
+        }
+    }
+
+    /// Normal at a foot point.
     fn normal(&self, foot: &Foot) -> Vec3 {
-        const DEGENERATE_RATIO: f64 = 1e-9;
         let Some(face) = self.model.faces.get(foot.face) else { return foot.normal };
-        let d = face.surface.derivs(foot.uv);
-        let domain = face.surface.domain();
-        let [u, v] = domain;
-        let reach = [d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0])];
-        let longest = reach[0].max(reach[1]);
-        match [0, 1].map(|k| reach[k] <= DEGENERATE_RATIO * longest) {
-            [false, false] => foot.normal,
-            [true, true] => Vec3::zeros(),
-            [first, _] => {
-                let k = usize::from(!first);
-                limit_along(face, foot, k, domain[k]).unwrap_or_else(Vec3::zeros)
-            }
+        degenerate_normal(face, foot.uv, &face.surface.derivs(foot.uv)).unwrap_or(foot.normal)
+    }
+}
+
+/// Outward normal of a face at `uv` with the derivatives `d` where its surface is degenerate to within rounding; `None`
+/// elsewhere. It is the limit from all sides (pole of a sphere), and zero where there is none: at the apex of a cone all
+/// normals are equally close, and rounding may select one opposite to that of a patch.
+fn degenerate_normal(face: &Face, uv: Vec2, d: &SurfaceDerivs) -> Option<Vec3> {
+    const DEGENERATE_RATIO: f64 = 1e-9;
+    let domain = face.surface.domain();
+    let [u, v] = domain;
+    let reach = [d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0])];
+    let longest = reach[0].max(reach[1]);
+    match [0, 1].map(|k| reach[k] <= DEGENERATE_RATIO * longest) {
+        [false, false] => None,
+        [true, true] => Some(Vec3::zeros()),
+        [first, _] => {
+            let k = usize::from(!first);
+            Some(limit_along(face, uv, k, domain[k]).unwrap_or_else(Vec3::zeros))
         }
     }
 }
 
 /// The normal of a face along its collapsed parameter `k` over `range`; `None` where it varies.
-fn limit_along(face: &Face, foot: &Foot, k: usize, range: [f64; 2]) -> Option<Vec3> {
+fn limit_along(face: &Face, uv: Vec2, k: usize, range: [f64; 2]) -> Option<Vec3> {
     const STEPS: usize = 8;
     const NORMAL_TOLERANCE: f64 = 1e-6;
     let at = |step: usize| {
-        let mut uv = foot.uv;
+        let mut uv = uv;
         uv[k] = range[0] + (range[1] - range[0]) * step as f64 / STEPS as f64;
         face.normal(uv)
     };
@@ -192,23 +256,36 @@ fn limit_along(face: &Face, foot: &Foot, k: usize, range: [f64; 2]) -> Option<Ve
 
 impl ReferenceSurface for CadReference<'_> {
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot> {
-        let at = |foot: &Foot, own_normal: Option<Vec3>| ReferenceFoot {
-            point: foot.point,
-            normal: self.normal(foot),
-            own_normal,
-            face: foot.face as u32,
-            on_border: self.is_on_border(foot),
-        };
+        self.closest_from(p, face, None).map(|found| found.0)
+    }
+
+    fn closest_from(
+        &self,
+        p: &Vec3,
+        face: u32,
+        start: Option<Vec2>,
+    ) -> Option<(ReferenceFoot, Option<Vec2>)> {
+        if let Some(own) = start.and_then(|start| self.foot_inside(p, face, start)) {
+            let nearer = self.index.closest_within(p, own.distance - self.tie).ok()?;
+            return Some(match nearer {
+                Some(foot) if foot.face as u32 == face => {
+                    (self.reference_foot(&foot, None), Some(foot.uv))
+                }
+                Some(foot) => (self.reference_foot(&foot, Some(own.foot.normal)), Some(own.uv)),
+                None => (own.foot, Some(own.uv)),
+            });
+        }
         let own = (face as usize) < self.faces;
         let Some(own) = own.then(|| self.index.closest_on_face(face as usize, p)).flatten() else {
-            return Some(at(&self.index.closest(p)?, None));
+            return Some((self.reference_foot(&self.index.closest(p)?, None), None));
         };
         // Foot point on the own face, unless another face is closer.
         let nearer = self.index.closest_within(p, own.distance - self.tie).ok()?;
-        Some(match nearer.filter(|foot| foot.face != own.face) {
-            Some(foot) => at(&foot, Some(self.normal(&own))),
-            None => at(&own, None),
-        })
+        let foot = match nearer.filter(|foot| foot.face != own.face) {
+            Some(foot) => self.reference_foot(&foot, Some(self.normal(&own))),
+            None => self.reference_foot(&own, None),
+        };
+        Some((foot, Some(own.uv)))
     }
 
     fn lost_faces(&self) -> Vec<LostFace> {

@@ -48,6 +48,32 @@ pub(super) struct Extremes {
     pub normal: Option<Sample>,
 }
 
+impl Extremes {
+    /// Raises the extremes by the estimated excess between grid points: that of the parabola through the point and its
+    /// neighbours.
+    fn raise_by_parabolas(&mut self, grid: &PatchSamples) {
+        self.max.delta += parabola_excess(grid, Quantity::Max, &self.max);
+        self.min.delta -= parabola_excess(grid, Quantity::Min, &self.min);
+        if let Some(normal) = &mut self.normal {
+            let excess = parabola_excess(grid, Quantity::Normal, normal);
+            normal.normal_deg = normal.normal_deg.map(|deg| deg + excess);
+        }
+    }
+}
+
+/// Largest excess over the value at a grid point of the parabolas through it and its neighbours on opposite sides.
+fn parabola_excess(grid: &PatchSamples, quantity: Quantity, top: &Sample) -> f64 {
+    let at = [top.eta, top.zeta].map(|x| (x * grid.n as f64).round() as usize);
+    let Some(centre) = quantity.of(top) else { return 0.0 };
+    let of = |[di, dj]: [isize; 2]| {
+        let ahead = neighbour(grid, quantity, at, [di, dj])?;
+        let behind = neighbour(grid, quantity, at, [-di, -dj])?;
+        let (slope, bend) = (0.5 * (ahead - behind), ahead - 2.0 * centre + behind);
+        (bend < 0.0).then(|| -0.5 * slope * slope / bend)
+    };
+    DIRECTIONS[..4].iter().filter_map(|&d| of(d)).fold(0.0, f64::max)
+}
+
 /// Grid value of a quantity on a patch, and the possible excess between grid points.
 struct Estimate {
     patch: usize,
@@ -63,6 +89,10 @@ pub(super) fn extremes<R: ReferenceSurface>(
     options: &AuditOptions,
 ) -> Vec<Extremes> {
     let mut found: Vec<Extremes> = samples.iter().filter_map(on_grid).collect();
+    if options.refine == 0 {
+        found.iter_mut().zip(samples).for_each(|(e, grid)| e.raise_by_parabolas(grid));
+        return found;
+    }
     let work = candidates(probes, samples, options);
     let refined: Vec<Option<Sample>> = work
         .par_iter()
@@ -255,7 +285,7 @@ impl<R: ReferenceSurface> MaximumSearch<'_, R> {
     fn at(&self, top: &Top, [eta, zeta]: [f64; 2]) -> Option<Top> {
         let (eta, zeta) = (top.sample.eta + eta, top.sample.zeta + zeta);
         let sample = inside(self.probe.patch.sides(), eta, zeta)
-            .then(|| self.probe.at(eta, zeta))
+            .then(|| self.probe.at(eta, zeta, top.sample.uv))
             .flatten()?;
         Some(Top { value: self.quantity.of(&sample)?, sample })
     }

@@ -1,8 +1,8 @@
 //! Sample points of a patch and their errors by Eq. 24.
 
 use super::reference::ReferenceSurface;
-use crate::geometry::Vec3;
 use crate::geometry::frame::unit;
+use crate::geometry::{Vec2, Vec3};
 use crate::tool::{Patch, PatchDerivs};
 
 /// A point of a patch compared with the reference.
@@ -28,6 +28,8 @@ pub struct Sample {
     pub normal_deg: Option<f64>,
     /// `|S_eta x S_zeta|` [mm^2].
     pub jacobian: f64,
+    /// Parameters of the CAD surface there, if the reference gives them.
+    pub uv: Option<Vec2>,
 }
 
 /// One patch and its reference.
@@ -37,16 +39,19 @@ pub(super) struct Probe<'a, R> {
     pub reference: &'a R,
     /// -1 when tool and CAD have opposite orientation.
     pub sign: f64,
+    /// Parameters of the CAD surface at the middle of the patch, if the reference gives them.
+    pub start: Option<Vec2>,
 }
 
 impl<R: ReferenceSurface> Probe<'_, R> {
-    /// Eq. 24 at one point; `None` when the point is not finite or has no closest point.
-    pub fn at(&self, eta: f64, zeta: f64) -> Option<Sample> {
+    /// Eq. 24 at one point; `None` when the point is not finite or has no closest point. `start` are parameters of the
+    /// CAD surface at a point nearby.
+    pub fn at(&self, eta: f64, zeta: f64, start: Option<Vec2>) -> Option<Sample> {
         let d = self.patch.derivs(eta, zeta);
         if d.s.iter().any(|x| !x.is_finite()) {
             return None;
         }
-        let foot = self.reference.closest(&d.s, self.face)?;
+        let (foot, uv) = self.reference.closest_from(&d.s, self.face, start)?;
         let cross = d.d1.cross(&d.d2);
         let normal = patch_normal(&d);
         let offset = d.s - foot.point;
@@ -74,6 +79,7 @@ impl<R: ReferenceSurface> Probe<'_, R> {
             distance,
             normal_deg,
             jacobian,
+            uv,
         })
     }
 }
@@ -117,11 +123,18 @@ pub struct PatchSamples {
 impl PatchSamples {
     pub(super) fn new<R: ReferenceSurface>(probe: &Probe<'_, R>, n: usize) -> Self {
         let sides = probe.patch.sides();
-        let mut points = Vec::with_capacity((n + 1) * (n + 1));
+        let mut points: Vec<Option<Sample>> = Vec::with_capacity((n + 1) * (n + 1));
+        let mut row_start = probe.start;
         for i in 0..=n {
             let last = if sides == 3 { i } else { n };
+            let mut start = row_start;
             for j in 0..=last {
-                points.push(probe.at(i as f64 / n as f64, j as f64 / n as f64));
+                let found = probe.at(i as f64 / n as f64, j as f64 / n as f64, start);
+                start = found.and_then(|sample| sample.uv).or(start);
+                if j == 0 {
+                    row_start = start;
+                }
+                points.push(found);
             }
         }
         Self { sides, n, points }

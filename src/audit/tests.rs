@@ -216,7 +216,7 @@ fn triangles_share_their_area_out() {
         Vec3::zeros(),
         Vec3::zeros(),
     ]);
-    let probe = Probe { patch: &plate, face: 0, reference: &Cylinder(1.0), sign: 1.0 };
+    let probe = Probe { patch: &plate, face: 0, reference: &Cylinder(1.0), sign: 1.0, start: None };
     for n in [1, 2, 7] {
         let mut samples = PatchSamples::new(&probe, n);
         let point = samples.points.iter().flatten().next().copied();
@@ -301,8 +301,8 @@ fn the_face_beside_says_nothing_where_the_own_one_has_no_normal() {
         Vec3::zeros(),
         Vec3::zeros(),
     ]);
-    let probe = Probe { patch: &plate, face: 0, reference: &Beside, sign: 1.0 };
-    assert_eq!(probe.at(0.5, 0.5).unwrap().normal_deg, None);
+    let probe = Probe { patch: &plate, face: 0, reference: &Beside, sign: 1.0, start: None };
+    assert_eq!(probe.at(0.5, 0.5, None).unwrap().normal_deg, None);
 }
 
 #[test]

@@ -103,6 +103,11 @@ impl<'m> ClosestPoint<'m> {
         self.model
     }
 
+    /// True when `uv` is inside the trimmed region of a face or on its border.
+    pub(crate) fn region_contains(&self, face: usize, uv: Vec2) -> bool {
+        self.regions[face].contains(uv)
+    }
+
     /// Globally closest point of the trimmed model. `None` when the model has no faces, `p` is not finite, or the query
     /// exceeds its work limit, as on self-folding surfaces.
     ///

@@ -9,8 +9,9 @@
 
 use std::collections::BTreeSet;
 
+use crate::audit::report::PatchAudit;
 use crate::audit::sample::PatchSamples;
-use crate::audit::{Audit, AuditOptions, audit};
+use crate::audit::{Audit, AuditOptions, AuditReport, audit};
 use crate::convert::{ConvertError, ConvertOptions, edges};
 use crate::geometry::Aabb;
 use crate::tool::build::{EdgeChoice, build};
@@ -22,20 +23,23 @@ use super::minimax::{Row, minimax_shifts};
 use super::scope::Scope;
 use super::vertex_directions::{VertexDirection, vertex_directions};
 
-/// Number of patches up to which a model is corrected with step control in up to [`ROUNDS_SMALL_MAX`] rounds.
+/// Number of patches up to which a model is corrected in up to [`ROUNDS_SMALL_MAX`] rounds.
 const SMALL_PATCHES_MAX: usize = 500;
 /// Maximum rounds of audit and correction of a small model. Errors are not linear in slides.
 const ROUNDS_SMALL_MAX: usize = 8;
 /// Maximum rounds of audit and correction of a large model.
-const ROUNDS_LARGE_MAX: usize = 3;
+const ROUNDS_LARGE_MAX: usize = 4;
+/// Power of the errors of patches whose sum the rounds reduce. As the maximum, but a patch that cannot be improved does
+/// not hold up all others.
+const ERROR_POWER: i32 = 12;
 /// Step length, relative to the full correction, at which a failed step is not halved again.
 const STEP_LENGTH_MIN: f64 = 0.25;
-/// Ratio of the maximum error after a round to that before it above which the motion has converged.
+/// Ratio of the error norm after a round to that before it above which the motion has converged.
 const CONVERGED_ERROR_RATIO: f64 = 0.995;
 /// Relative reduction of a slide in the first attempt to remove an inverted corner. It is doubled in every attempt.
 const SLIDE_REDUCTION_FIRST: f64 = 2e-3;
 
-/// Moves the vertices of `plain`, whose audit is `found`, to reduce its maximum shape error. Returns `plain` unchanged
+/// Moves the vertices of `plain`, whose audit is `found`, to reduce its largest shape errors. Returns `plain` unchanged
 /// when no motion reduces it without further folds.
 ///
 /// # Errors
@@ -52,6 +56,7 @@ pub(super) fn balance_errors(
     let (mut best, mut samples) = (plain.clone(), found.samples);
     let mut length = 1.0;
     let mut step: Option<Vec<f64>> = None;
+    let scale = plain.audit.worst_mm();
     let small = plain.tool.patches.len() <= SMALL_PATCHES_MAX;
     for _ in 0..if small { ROUNDS_SMALL_MAX } else { ROUNDS_LARGE_MAX } {
         let more = match step.take() {
@@ -60,17 +65,18 @@ pub(super) fn balance_errors(
         };
         let mut tried: Vec<f64> = shifts.iter().zip(&more).map(|(s, m)| s + length * m).collect();
         let tool = move_without_inversion(&plain.tool, &mut tried, &directions, options)?;
-        let found = audit(&tool, scope.reference, audit_options)?;
+        let found = audit(&tool, &scope.local_reference(), audit_options)?;
         let folds = found.report.folded.len() > plain.audit.folded.len();
-        if folds || found.report.worst_mm() >= best.audit.worst_mm() {
-            if length <= STEP_LENGTH_MIN || !small {
+        let reduction = error_norm(&found.report, scale) / error_norm(&best.audit, scale);
+        if folds || reduction.is_nan() || reduction >= 1.0 {
+            if length <= STEP_LENGTH_MIN {
                 break;
             }
             (length, step) = (0.5 * length, Some(more));
             continue;
         }
         length = (2.0 * length).min(1.0);
-        let converged = found.report.worst_mm() > CONVERGED_ERROR_RATIO * best.audit.worst_mm();
+        let converged = reduction > CONVERGED_ERROR_RATIO;
         let [moved_mm, slid_mm] = [false, true].map(|s| largest_shift(&directions, &tried, s));
         best = Refined { tool, audit: found.report, moved_mm, slid_mm, ..best };
         (samples, shifts) = (found.samples, tried);
@@ -79,6 +85,13 @@ pub(super) fn balance_errors(
         }
     }
     Ok(best)
+}
+
+/// Norm of the largest errors of the patches over `scale`, with the power [`ERROR_POWER`].
+fn error_norm(report: &AuditReport, scale: f64) -> f64 {
+    let error = |p: &PatchAudit| p.max_mm.abs().max(p.min_mm.abs()) / scale;
+    let sum: f64 = report.by_patch.iter().map(|p| error(p).powi(ERROR_POWER)).sum();
+    sum.powf(1.0 / f64::from(ERROR_POWER))
 }
 
 /// Changes of the shifts that minimise the linearised error of `tool`, which has the shifts `shifts`.

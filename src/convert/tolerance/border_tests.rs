@@ -65,9 +65,9 @@ fn a_search_ends_at_its_work_limit_with_the_remaining_error() {
         borders: Borders::Conforming,
     };
     let mut scope =
-        Scope::new(&model, &reference, &MappedOptions::default(), &options, false).unwrap();
+        Scope::new(&model, &reference, &MappedOptions::default(), &options, None).unwrap();
     scope.budget = std::sync::Arc::new(budget::Budget::new(160));
-    let evaluator = FaceEvaluator::new(&scope, &scope.free_edges, None);
+    let evaluator = FaceEvaluator::new(&scope, &scope.free_edges, false);
     let error = scope.refine(&evaluator, &goal).unwrap_err();
     let ToleranceError::NotReached { found, patches, spent, unit, .. } = &error else {
         panic!("{error}")
@@ -85,4 +85,30 @@ fn work_limits_depend_on_the_number_of_faces_only() {
     assert_eq!(limit(2001) - limit(2000), limit(2) - limit(1));
     let (one, all) = (budget::Budget::of_single_face(1000).remaining(), limit(1000));
     assert!(1000 * one <= 6 * all, "{one} {all}");
+}
+
+#[test]
+fn the_next_density_is_one_that_changes_the_mesh() {
+    let next = |model: &Model, face: usize, fewest: bool| {
+        let reference = CadReference::new(model);
+        let options = ConvertOptions::default();
+        let scope =
+            Scope::new(model, &reference, &MappedOptions::default(), &options, None).unwrap();
+        let scope = if fewest { scope } else { scope.with_interior_nodes().unwrap() };
+        let evaluator = FaceEvaluator::new(&scope, &scope.free_edges, false);
+        let divisions = scope.plan.agree(scope.plan.minima());
+        let count = |density| scope.plan.face(face, &divisions, density).unwrap().elements.len();
+        let found = evaluator.denser(face, &divisions, 1, 2000);
+        found.map(|density| (count(density), count(1)))
+    };
+    // A flat without interior nodes has the same mesh at any density.
+    assert_eq!(next(&holed_square(20.0), 0, true), None);
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming");
+    let (ball, _) = crate::cad::read(&path.join("ball_hole_AP214.stp")).unwrap();
+    let trimmed = |f: &usize| {
+        ball.faces[*f].loops.len() > 1 || !crate::mesh::mapped::is_flat(&ball.faces[*f])
+    };
+    let curved: Vec<usize> = (0..ball.faces.len()).filter(trimmed).collect();
+    let found: Vec<_> = curved.iter().filter_map(|&f| next(&ball, f, false)).collect();
+    assert!(!found.is_empty() && found.iter().all(|(after, before)| after != before), "{found:?}");
 }

@@ -11,9 +11,9 @@ const SAVING_PATCHES_PER_FACE: u64 = 200;
 /// Work at which a search that has not reached the tolerance ends, over the limit of the saving. Doubled: files that
 /// never reach it take twice as long to fail (16 s of processor time for 13 faces).
 const SEARCH_LIMIT_RATIO: u64 = 2;
-/// Cost of a complete model for each of its patches, in evaluated patches. Its vertex motion and audit compare 81
-/// points of a patch several times; the evaluation of a face compares 25 points once.
-const COMPLETE_PATCH_COST: u64 = 8;
+/// Cost of a complete model for each of its patches, in evaluated patches. Its vertex motion compares 81 points of a patch
+/// several times; the evaluation of a face compares 25 points once.
+const COMPLETE_PATCH_COST: u64 = 4;
 
 /// Counters of the work done, and its limits.
 #[derive(Debug)]
@@ -79,6 +79,12 @@ impl Budget {
     /// True while divisions may be lowered and exchanged to save patches.
     pub fn allows_saving(&self) -> bool {
         self.evaluated() < self.saving
+    }
+
+    /// True while other models than one found may be made to save patches: the search and the complete models together
+    /// are within the limit of the saving.
+    pub fn allows_other_models(&self) -> bool {
+        self.allows_saving() && self.total() < self.saving
     }
 
     /// True when no search has reached the limit of the saving.

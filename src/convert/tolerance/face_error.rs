@@ -2,7 +2,7 @@
 //! cached.
 
 use std::collections::BTreeMap;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use rustc_hash::FxHashMap;
 
@@ -10,6 +10,7 @@ use super::budget::Budget;
 use super::face_result::FaceResult;
 use super::scope::{Scope, shift_face_numbers};
 use super::slide_estimate::Neighbours;
+use crate::audit::local::LocalReference;
 use crate::audit::{AuditOptions, CadReference, audit};
 use crate::cad::model::Edge;
 use crate::convert::{ConvertOptions, convert};
@@ -27,20 +28,44 @@ const TOLERANCE_FACTORS: [f64; 9] = [5.0, 3.5, 2.5, 2.0, 1.8, 1.6, 1.4, 1.2, 1.0
 /// vertices, so that the estimate is not exact.
 const TOLERANCE_FACTORS_ESTIMATED: [f64; 3] = [1.6, 1.3, 1.0];
 
-/// Key of a result: face, divisions of its edges in loop order, density, mapped.
-type Key = (usize, Vec<usize>, usize, bool);
+/// Number of patches of a face whose worst points are known to the search.
+const WORST_PATCHES: usize = 200;
+
+/// Key of a result: face, divisions of its edges in loop order, density, mapped, and whether the mesh has interior nodes
+/// that the coarsest meshes leave out.
+type Key = (usize, Vec<usize>, usize, bool, bool);
+
+/// Result of a face with its errors as they are, and with those estimated after the vertex motion.
+#[derive(Debug, Clone)]
+pub(super) struct Evaluated {
+    plain: Arc<FaceResult>,
+    estimated: Arc<FaceResult>,
+}
+
+/// Results of all searches in one model.
+pub(super) type Evaluations = Mutex<FxHashMap<Key, Evaluated>>;
+
+impl Evaluated {
+    /// As [`FaceResult::without_patches`].
+    fn without_patches(error: f64) -> Self {
+        let result = Arc::new(FaceResult::without_patches(error));
+        Self { plain: Arc::clone(&result), estimated: result }
+    }
+}
 
 /// Evaluates the faces of a plan.
 pub(super) struct FaceEvaluator<'a> {
     plan: &'a Plan<'a>,
-    reference: &'a CadReference<'a>,
     options: ConvertOptions,
+    reference: &'a CadReference<'a>,
     /// Number of the first face of the plan in the reference.
     first: u32,
-    /// True when normals have a tolerance.
-    normals: bool,
-    /// Adjacent faces, if errors are estimated after the vertex motion.
+    /// Adjacent faces, if vertices may slide.
     neighbours: Option<&'a Neighbours>,
+    /// True when errors are estimated after the vertex motion.
+    estimates: bool,
+    /// True when meshes have interior nodes that the coarsest ones leave out.
+    interior_nodes: bool,
     /// For each edge of the plan, true when the distance of patch sides from it is measured. These are the edges at
     /// free borders and those that adjacent faces divide independently.
     measured_edges: &'a [bool],
@@ -50,21 +75,19 @@ pub(super) struct FaceEvaluator<'a> {
     creases: Vec<bool>,
     /// Bounding boxes of the edges, widened by the tolerance of vertices on edges.
     boxes: Vec<Aabb>,
-    cache: Mutex<FxHashMap<Key, FaceResult>>,
+    cache: &'a Evaluations,
+    /// Results of [`Self::denser`].
+    densities: Mutex<FxHashMap<Key, Option<usize>>>,
     budget: &'a Budget,
 }
 
 impl<'a> FaceEvaluator<'a> {
-    /// Prepares the evaluation of the faces of `scope` and starts a search of its budget. With `neighbours`, errors are
-    /// estimated after the vertex motion.
-    pub fn new(
-        scope: &'a Scope<'_>,
-        measured_edges: &'a [bool],
-        neighbours: Option<&'a Neighbours>,
-    ) -> Self {
+    /// Prepares the evaluation of the faces of `scope` and starts a search of its budget. With `estimates`, errors are
+    /// estimated after the vertex motion, where vertices may slide.
+    pub fn new(scope: &'a Scope<'_>, measured_edges: &'a [bool], estimates: bool) -> Self {
         scope.budget.start_search();
         let options = ConvertOptions { sheet_side: None, flip: false, ..scope.options.clone() };
-        let &Scope { ref plan, reference, first, normals, .. } = scope;
+        let &Scope { ref plan, reference, first, .. } = scope;
         let model = plan.model();
         let margin = 1e-6 * model.bbox().diagonal() + 2.0 * model.join_tolerance;
         let hull = |e: &Edge| Aabb::of_points(e.curve.points()).widened(margin);
@@ -73,39 +96,74 @@ impl<'a> FaceEvaluator<'a> {
             reference,
             options,
             first,
-            normals,
-            neighbours,
+            neighbours: scope.neighbours,
+            estimates: estimates && scope.neighbours.is_some(),
+            interior_nodes: !scope.mesh.fewest,
             measured_edges,
             free_edges: &scope.free_edges,
             creases: model.edges.iter().map(|e| is_crease(model, e)).collect(),
             boxes: model.edges.iter().map(hull).collect(),
-            cache: Mutex::default(),
+            cache: &scope.evaluations,
+            densities: Mutex::default(),
             budget: &scope.budget,
         }
     }
 
     /// Result of face `f` with these divisions of its edges and, inside, `density` divisions per quarter turn.
-    pub fn evaluate(&self, f: usize, divisions: &Divisions, density: usize) -> FaceResult {
-        let counts = self.edges(f).map(|e| divisions.counts[e]).collect();
-        let key: Key = (f, counts, density, divisions.mapped[f]);
-        let cached = |k: &Key| self.cache.lock().ok()?.get(k).cloned();
+    pub fn evaluate(&self, f: usize, divisions: &Divisions, density: usize) -> Arc<FaceResult> {
+        let key = self.key(f, divisions, density);
+        let chosen = |found: &Evaluated| {
+            Arc::clone(if self.estimates { &found.estimated } else { &found.plain })
+        };
+        let cached = |k: &Key| self.cache.lock().ok()?.get(k).map(chosen);
         if let Some(found) = cached(&key) {
             return found;
         }
         let mesh = self.plan.face(f, divisions, density).ok();
         let count = mesh.as_ref().map_or(0, |mesh| mesh.elements.len());
-        let without_area = |mesh: &SurfaceMesh| {
-            mesh.elements.is_empty().then_some(FaceResult::without_patches(0.0))
-        };
+        let without_area =
+            |mesh: &SurfaceMesh| mesh.elements.is_empty().then(|| Evaluated::without_patches(0.0));
         let found = mesh
             .and_then(|mesh| without_area(&mesh).or_else(|| self.evaluate_mesh(f, &mesh)))
-            .unwrap_or(FaceResult::without_patches(f64::INFINITY));
+            .unwrap_or_else(|| Evaluated::without_patches(f64::INFINITY));
+        let result = chosen(&found);
         if let Ok(mut cache) = self.cache.lock()
-            && cache.insert(key, found.clone()).is_none()
+            && cache.insert(key, found).is_none()
         {
             self.budget.add_evaluated(1 + count as u64);
         }
+        result
+    }
+
+    /// The smallest density that gives face `f` another number of patches than `density`, of those growing by half up to
+    /// `most`.
+    pub fn denser(
+        &self,
+        f: usize,
+        divisions: &Divisions,
+        density: usize,
+        most: usize,
+    ) -> Option<usize> {
+        let key = self.key(f, divisions, density);
+        if let Some(known) = self.densities.lock().ok().and_then(|all| all.get(&key).copied()) {
+            return known;
+        }
+        let count = |density| self.plan.face(f, divisions, density).map_or(0, |m| m.elements.len());
+        let now = count(density);
+        let larger = std::iter::successors(Some(density), |d| Some(d + 1 + d / 2));
+        let mut larger = larger.skip(1).take_while(|&d| d <= most);
+        let found = larger.find(|&d| count(d) != now);
+        if let Ok(mut all) = self.densities.lock() {
+            all.insert(key, found);
+        }
         found
+    }
+
+    /// Key of the results of a face.
+    fn key(&self, f: usize, divisions: &Divisions, density: usize) -> Key {
+        let counts = self.edges(f).map(|e| divisions.counts[e]).collect();
+        let differs = self.interior_nodes && self.plan.may_save_on(f);
+        (f, counts, density, divisions.mapped[f], differs)
     }
 
     /// Work done and its limits.
@@ -114,7 +172,7 @@ impl<'a> FaceEvaluator<'a> {
     }
 
     /// Result of a mesh of face `f`; `None` when its patches fold or cannot be made.
-    fn evaluate_mesh(&self, f: usize, mesh: &SurfaceMesh) -> Option<FaceResult> {
+    fn evaluate_mesh(&self, f: usize, mesh: &SurfaceMesh) -> Option<Evaluated> {
         let (mut tool, made) = convert(self.plan.model(), mesh, &self.options).ok()?;
         let edge_deviations = self.edge_deviations(f, &tool);
         shift_face_numbers(&mut tool, self.first);
@@ -123,31 +181,38 @@ impl<'a> FaceEvaluator<'a> {
         }
         let options = AuditOptions {
             samples: 4,
-            refine: 4,
-            refine_normals: self.normals,
+            refine: 0,
             borders: false,
+            worst: WORST_PATCHES,
             ..AuditOptions::default()
         };
-        let found = audit(&tool, self.reference, &options).ok()?;
+        let found = audit(&tool, &LocalReference(self.reference), &options).ok()?;
         let report = &found.report;
         if !report.folded.is_empty() {
             return None;
         }
         let edge = |side: &SideCurve<'_>| self.edge_of_side(f, side);
-        let error_mm = match self.neighbours {
+        let error_mm = report.worst_mm();
+        let estimated_mm = match self.neighbours {
             Some(n) => n.estimate_error(f, (&tool, &found), &self.options, edge).ok()?,
-            None => report.worst_mm(),
+            None => error_mm,
         };
         let (crease_deviation_mm, at) = self.crease_deviation(f, &tool, &made.redone);
-        let worst = report.worst.first().map(|w| w.point.into());
-        Some(FaceResult {
+        let worst: Vec<(Vec3, f64)> =
+            report.worst.iter().map(|w| (w.point.into(), w.delta_mm.abs())).collect();
+        let result = |error_mm: f64| FaceResult {
             patches: tool.patches.len(),
             error_mm,
             normal_deg: report.normal_max_deg,
-            worst_point: if crease_deviation_mm > error_mm { at } else { worst },
+            worst_points: match at.filter(|_| crease_deviation_mm > error_mm) {
+                Some(at) => vec![(at, crease_deviation_mm)],
+                None => worst.clone(),
+            },
             crease_deviation_mm,
-            edge_deviations,
-        })
+            edge_deviations: edge_deviations.clone(),
+        };
+        let [plain, estimated] = [error_mm, estimated_mm].map(|mm| Arc::new(result(mm)));
+        Some(Evaluated { plain, estimated })
     }
 
     /// Measured edges of face `f`, each with the maximum distance of the patch sides on it [mm], at 7 interior points
@@ -212,7 +277,7 @@ impl<'a> FaceEvaluator<'a> {
 
     /// Tolerance factors to try, largest first.
     pub fn tolerance_factors(&self) -> &'static [f64] {
-        if self.neighbours.is_some() { &TOLERANCE_FACTORS_ESTIMATED } else { &TOLERANCE_FACTORS }
+        if self.estimates { &TOLERANCE_FACTORS_ESTIMATED } else { &TOLERANCE_FACTORS }
     }
 
     /// Edges of a face.

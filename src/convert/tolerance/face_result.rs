@@ -14,8 +14,8 @@ pub(super) struct FaceResult {
     /// Maximum distance from their creases of sides that lost their curves because patches folded [mm]. The error
     /// appears on the adjacent face when this face is flat.
     pub crease_deviation_mm: f64,
-    /// Position of the maximum error [mm], if there are patches.
-    pub worst_point: Option<Vec3>,
+    /// Positions of the maximum errors of the worst patches [mm] and these errors [mm], the largest first.
+    pub worst_points: Vec<(Vec3, f64)>,
     /// Measured edges of the plan, each with the maximum distance of the patch sides on it [mm]. At free borders only
     /// the component within the patches counts; the normal component is removed by the vertex motion.
     pub edge_deviations: Vec<(usize, f64)>,
@@ -29,7 +29,7 @@ impl FaceResult {
             error_mm: error,
             normal_deg: error,
             crease_deviation_mm: 0.0,
-            worst_point: None,
+            worst_points: Vec::new(),
             edge_deviations: Vec::new(),
         }
     }

@@ -10,6 +10,7 @@ use crate::cad::Model;
 use crate::geometry::Vec3;
 
 /// Violations of the goal by a complete model. Faces have the numbers of the plan.
+#[derive(Debug)]
 pub(super) struct Faults {
     /// Faces above the tolerance, with error over tolerance.
     pub exceeding: Vec<(usize, f64)>,

@@ -84,7 +84,7 @@ pub(super) fn with_independent_faces<R>(
     let evaluators: Vec<FaceEvaluator<'_>> = scopes
         .iter()
         .zip(&faces)
-        .map(|(scope, face)| FaceEvaluator::new(scope, &face.measured_edges, None))
+        .map(|(scope, face)| FaceEvaluator::new(scope, &face.measured_edges, false))
         .collect();
     let (faces, scopes, evaluators) = (&faces[..], &scopes[..], &evaluators[..]);
     Ok(then(&IndependentFaces { whole, faces, scopes, evaluators, turned }))
@@ -106,8 +106,10 @@ fn scope_of_face<'a>(
         mesh: whole.mesh,
         options,
         free_edges: face.free_edges.clone(),
-        normals: whole.normals,
         budget: Arc::new(Budget::of_single_face(faces)),
+        neighbours: None,
+        evaluations: Arc::default(),
+        models: Arc::default(),
     })
 }
 

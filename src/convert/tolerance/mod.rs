@@ -61,10 +61,10 @@ pub fn to_tolerance(
 ) -> Result<Refined, ToleranceError> {
     check_goal(goal)?;
     let reference = CadReference::new(model);
-    let scope = Scope::new(model, &reference, mesh, options, goal.normal_deg.is_finite())?;
     let neighbours = Neighbours::new(model);
     let slides = (goal.two_sided && neighbours.allow_slides()).then_some(&neighbours);
-    let refined = refine_with_slides(&scope, goal, slides);
+    let scope = Scope::new(model, &reference, mesh, options, slides)?;
+    let refined = refine_with_slides(&scope, goal);
     let budget = &scope.budget;
     let open = if refined.is_err() { !budget.is_exhausted() } else { budget.allows_saving() };
     let again = scope.plan.may_save() && open;
@@ -75,7 +75,7 @@ pub fn to_tolerance(
     let other = other.filter(differs);
     let mut refined = refined.map(|found| found.0);
     if let Some(other) = other {
-        let evaluator = FaceEvaluator::new(&other, &other.free_edges, slides);
+        let evaluator = FaceEvaluator::new(&other, &other.free_edges, true);
         refined = fewer_patches(refined, other.refine(&evaluator, goal));
     }
     let most = uniform::UNIFORM_PATCHES_MAX;
@@ -106,18 +106,16 @@ fn check_goal(goal: &Goal) -> Result<(), ToleranceError> {
     Ok(())
 }
 
-/// Refines with the errors of the faces as they are and, given `slides`, also with the errors estimated after the
-/// vertex motion. Returns the model with fewer patches.
-fn refine_with_slides(
-    scope: &Scope<'_>,
-    goal: &Goal,
-    slides: Option<&Neighbours>,
-) -> Result<(Refined, State), ToleranceError> {
+/// Refines with the errors of the faces as they are and, where vertices may slide, also with the errors estimated after
+/// the vertex motion. Returns the model with fewer patches.
+fn refine_with_slides(scope: &Scope<'_>, goal: &Goal) -> Result<(Refined, State), ToleranceError> {
     let borders = scope.border_tolerances(goal);
-    let evaluator = FaceEvaluator::new(scope, &scope.free_edges, None);
+    let evaluator = FaceEvaluator::new(scope, &scope.free_edges, false);
     let plain = scope.refine_within(&evaluator, goal, &borders);
-    let Some(neighbours) = slides.filter(|_| scope.budget.is_cheap()) else { return plain };
-    let evaluator = FaceEvaluator::new(scope, &scope.free_edges, Some(neighbours));
+    if scope.neighbours.is_none() || !scope.budget.is_cheap() {
+        return plain;
+    }
+    let evaluator = FaceEvaluator::new(scope, &scope.free_edges, true);
     match (plain, scope.refine_within(&evaluator, goal, &borders)) {
         (Ok(one), Ok(other)) if one.0.tool.patches.len() <= other.0.tool.patches.len() => Ok(one),
         (plain, Err(_)) => plain,
@@ -150,11 +148,11 @@ pub fn to_patches(
     borders: Borders,
 ) -> Result<Refined, ToleranceError> {
     let reference = CadReference::new(model);
-    let scope = Scope::new(model, &reference, mesh, options, false)?;
     let neighbours = Neighbours::new(model);
     let slides = two_sided && neighbours.allow_slides();
-    let evaluator = FaceEvaluator::new(&scope, &scope.free_edges, None);
-    let estimating = FaceEvaluator::new(&scope, &scope.free_edges, Some(&neighbours));
+    let scope = Scope::new(model, &reference, mesh, options, slides.then_some(&neighbours))?;
+    let evaluator = FaceEvaluator::new(&scope, &scope.free_edges, false);
+    let estimating = FaceEvaluator::new(&scope, &scope.free_edges, true);
     let goal = |tol_mm: f64| Goal { tol_mm, normal_deg: f64::INFINITY, two_sided, borders };
     let conforming = |tol_mm: f64| {
         let plain = scope.refine(&evaluator, &goal(tol_mm));

@@ -4,6 +4,8 @@
 //! 2. Make the complete model, move its vertices and audit it.
 //! 3. Reduce the factors of faces above the tolerance, and repeat.
 
+use std::sync::{Arc, Mutex};
+
 use super::balance::balance_errors;
 use super::error::ToleranceError;
 use super::face_error::FaceEvaluator;
@@ -16,7 +18,6 @@ use crate::audit::{Audit, AuditOptions, AuditReport, audit};
 use crate::convert::{ConvertOptions, ConvertReport, convert};
 use crate::geometry::Vec3;
 use crate::mesh::SurfaceMesh;
-use crate::mesh::mapped::plan::Divisions;
 use crate::tool::ToolModel;
 
 /// Tolerance factor above which a search is made only while the budget is cheap.
@@ -25,14 +26,36 @@ const FACTOR_MAX_UNLESS_CHEAP: f64 = 2.0;
 const OWN_ERROR_RATIO_MIN: f64 = 0.3;
 /// Ratio of error to tolerance above which looser tolerance factors are not tried: the vertex motion removes less.
 const HOPELESS_ERROR_RATIO: f64 = 5.0;
+/// Smallest and largest divisor of a tolerance factor in one round. The error of a face in the complete model is about
+/// proportional to its error alone: the factor is divided by the ratio of error to tolerance.
+const FACTOR_REDUCTION: [f64; 2] = [1.01, 1.5];
 /// Maximum rounds of reducing the factors of faces above the tolerance in the complete model.
 const ROUNDS_MAX: usize = 12;
 
-/// Divisions whose complete model violates the goal, with the violations.
-struct Failed {
-    divisions: (Divisions, Vec<usize>),
+/// Audit of a complete model during the search: points of a grid, without a search between them.
+const ESTIMATE: AuditOptions = AuditOptions {
+    samples: 6,
+    refine: 0,
+    refine_normals: false,
+    borders: false,
+    worst: 10,
+    tolerance_mm: None,
+    normal_tolerance_deg: None,
+};
+/// Number of complete models kept for searches that meet them again.
+const MODELS_KEPT_MAX: usize = 32;
+
+/// A complete model with moved vertices, and its violations of the goal.
+#[derive(Debug)]
+pub(super) struct CompleteModel {
+    goal: Goal,
+    mesh: SurfaceMesh,
+    refined: Refined,
     faults: Faults,
 }
+
+/// Complete models made by the searches in one model, at most [`MODELS_KEPT_MAX`].
+pub(super) type Models = Mutex<Vec<Arc<CompleteModel>>>;
 
 /// True when no looser tolerance factor can succeed: the error is far above the tolerance, or of another kind.
 fn is_hopeless(error: &ToleranceError) -> bool {
@@ -68,16 +91,15 @@ impl Scope<'_> {
         let factors: &[f64] = if goal.two_sided { evaluator.tolerance_factors() } else { &[1.0] };
         let mut best: Option<(Refined, State)> = None;
         let mut last = None;
-        let mut failed = Vec::new();
         for &factor in factors.iter().rev() {
             let is_loose = factor > FACTOR_MAX_UNLESS_CHEAP;
             let allowed =
-                if is_loose { self.budget.is_cheap() } else { self.budget.allows_saving() };
+                if is_loose { self.budget.is_cheap() } else { self.budget.allows_other_models() };
             if best.is_some() && !allowed {
                 break;
             }
             let limit = best.as_ref().map_or(usize::MAX, |b| b.0.tool.patches.len());
-            match self.refine_at_factor(evaluator, goal, (factor, borders), (limit, &mut failed)) {
+            match self.refine_at_factor(evaluator, goal, (factor, borders), limit) {
                 Ok(Some(found)) => best = Some(found),
                 Ok(None) => {}
                 Err(ToleranceError::NotReached { .. }) if best.is_some() => {}
@@ -98,13 +120,13 @@ impl Scope<'_> {
     }
 
     /// Refines with the initial tolerance factor `factor` for all faces. `None` when the model has at least `limit`
-    /// patches. States in `failed` are not made again.
+    /// patches.
     fn refine_at_factor(
         &self,
         evaluator: &FaceEvaluator<'_>,
         goal: &Goal,
         (factor, borders): (f64, &[f64]),
-        (limit, failed): (usize, &mut Vec<Failed>),
+        limit: usize,
     ) -> Result<Option<(Refined, State)>, ToleranceError> {
         let mut factors = vec![factor; self.plan.model().faces.len()];
         let mut state: Option<State> = None;
@@ -118,19 +140,12 @@ impl Scope<'_> {
             if !search.is_within_goal(&next) {
                 return Err(last.unwrap_or_else(|| self.error_context().search_failed(goal, &next)));
             }
-            let known = match failed.iter().position(|f| next.has_divisions(&f.divisions)) {
-                Some(known) => known,
-                None => {
-                    let (refined, faults) = self.complete_model(&next, goal)?;
-                    if faults.is_empty() {
-                        return Ok(Some((refined, next)));
-                    }
-                    last = Some(self.error_context().model_failed(goal, &refined));
-                    failed.push(Failed { divisions: next.key(), faults });
-                    failed.len() - 1
-                }
-            };
-            let (after, reduced) = self.tighten(&search, next, &failed[known].faults);
+            let complete = self.complete_model(&next, goal)?;
+            if complete.faults.is_empty() {
+                return Ok(Some((complete.refined.clone(), next)));
+            }
+            last = Some(self.error_context().model_failed(goal, &complete.refined));
+            let (after, reduced) = self.tighten(&search, next, &complete.faults);
             if self.budget.is_exhausted() {
                 break;
             }
@@ -171,8 +186,8 @@ impl Scope<'_> {
         (f, ratio): (usize, f64),
     ) -> (usize, f64) {
         let face = self.cause(state, f, ratio);
-        let reduced: f64 = factors[face] / ratio.clamp(1.02, 1.5);
-        (face, reduced.min(state.error_ratio(face) * 0.99))
+        let ratio = ratio.clamp(FACTOR_REDUCTION[0], FACTOR_REDUCTION[1]);
+        (face, factors[face].min(state.error_ratio(face)) / ratio)
     }
 
     /// The face that causes an error of `ratio` times the tolerance on face `f`. It is `f` itself, or else the worst of
@@ -193,32 +208,63 @@ impl Scope<'_> {
         &self,
         state: &State,
         goal: &Goal,
-    ) -> Result<(Refined, Faults), ToleranceError> {
+    ) -> Result<Arc<CompleteModel>, ToleranceError> {
         let mesh = self.plan.mesh(&state.minima, &state.density)?;
+        let same = |m: &&Arc<CompleteModel>| m.goal == *goal && m.mesh == mesh;
+        let known = self.models.lock().ok().and_then(|all| all.iter().find(same).cloned());
+        if let Some(known) = known {
+            return Ok(known);
+        }
         self.budget.add_complete(mesh.elements.len() as u64);
-        let (plain, found) = self.model_on_cad(&mesh, self.options, goal)?;
-        let own = |face: usize| face - self.first as usize;
-        let above = |report: &AuditReport| faces_above_tolerance(report, goal).into_iter();
-        let place = |f: usize| worst_point(&plain.audit, f).map(Vec3::from);
-        let on_cad = above(&plain.audit).map(|(f, ratio)| (own(f), ratio, place(f))).collect();
-        let refined =
-            if goal.two_sided { self.two_sided(plain, found, self.options)? } else { plain };
-        let exceeding = above(&refined.audit).map(|(f, ratio)| (own(f), ratio)).collect();
-        let folded = folded_faces(&refined).into_iter().map(own).collect();
-        Ok((refined, Faults { exceeding, on_cad, folded }))
+        let (refined, faults) = self.model_of_mesh(&mesh, goal)?;
+        let made = Arc::new(CompleteModel { goal: *goal, mesh, refined, faults });
+        if let Ok(mut all) = self.models.lock() {
+            if all.len() == MODELS_KEPT_MAX {
+                all.remove(0);
+            }
+            all.push(Arc::clone(&made));
+        }
+        Ok(made)
     }
 
-    /// The model of a mesh with all vertices on the CAD, and its audit.
-    pub(super) fn model_on_cad(
+    /// The model of a mesh, with moved vertices if two-sided, and its violations of the goal. Only a model without
+    /// estimated violations is compared with the trimmed CAD in full.
+    fn model_of_mesh(
         &self,
         mesh: &SurfaceMesh,
-        options: &ConvertOptions,
         goal: &Goal,
-    ) -> Result<(Refined, Audit), ToleranceError> {
-        self.audited(convert(self.plan.model(), mesh, options)?, goal)
+    ) -> Result<(Refined, Faults), ToleranceError> {
+        let (plain, found) = self.audited(convert(self.plan.model(), mesh, self.options)?, goal)?;
+        let own = |face: usize| face - self.first as usize;
+        let faults = |on_cad: &Refined, refined: &Refined| {
+            let above = |report: &AuditReport| faces_above_tolerance(report, goal).into_iter();
+            let place = |f: usize| worst_point(&on_cad.audit, f).map(Vec3::from);
+            Faults {
+                exceeding: above(&refined.audit).map(|(f, ratio)| (own(f), ratio)).collect(),
+                on_cad: above(&on_cad.audit).map(|(f, r)| (own(f), r, place(f))).collect(),
+                folded: folded_faces(refined).into_iter().map(own).collect(),
+            }
+        };
+        let moved = if goal.two_sided {
+            self.two_sided(plain.clone(), found, self.options)?
+        } else {
+            plain.clone()
+        };
+        let estimated = faults(&plain, &moved);
+        if !estimated.is_empty() {
+            return Ok((moved, estimated));
+        }
+        let moved = self.with_full_audit(moved)?;
+        let found = faults(&plain, &moved);
+        if found.is_empty() {
+            return Ok((moved, found));
+        }
+        let found = faults(&self.with_full_audit(plain)?, &moved);
+        Ok((moved, found))
     }
 
-    /// A converted model of the scope, with the face numbers of the reference, and its audit.
+    /// A converted model of the scope, with the face numbers of the reference, and the errors of its patches on the
+    /// grid of the audit, against the fast reference of the search.
     pub(super) fn audited(
         &self,
         (mut tool, report): (ToolModel, ConvertReport),
@@ -228,14 +274,25 @@ impl Scope<'_> {
         let audit_options = AuditOptions {
             tolerance_mm: goal.tol_mm.is_finite().then_some(goal.tol_mm),
             normal_tolerance_deg: goal.normal_deg.is_finite().then_some(goal.normal_deg),
-            borders: self.is_whole(),
-            ..AuditOptions::default()
+            ..ESTIMATE
         };
-        let found = audit(&tool, self.reference, &audit_options)?;
+        let found = audit(&tool, &self.local_reference(), &audit_options)?;
         let (audit, borders) = (found.report.clone(), Borders::Conforming);
         let (moved_mm, slid_mm) = (0.0, 0.0);
         let saved_all = self.budget.has_saved_all();
         Ok((Refined { tool, report, audit, moved_mm, slid_mm, borders, saved_all }, found))
+    }
+
+    /// A model with the complete audit of its patches and borders against the trimmed CAD.
+    pub(super) fn with_full_audit(&self, found: Refined) -> Result<Refined, ToleranceError> {
+        let options = AuditOptions {
+            tolerance_mm: found.audit.tolerance_mm,
+            normal_tolerance_deg: found.audit.normal_tolerance_deg,
+            borders: self.is_whole(),
+            ..AuditOptions::default()
+        };
+        let audit = audit(&found.tool, self.reference, &options)?.report;
+        Ok(Refined { audit, ..found })
     }
 
     /// The model `plain`, whose audit is `found`, with moved vertices ([`balance_errors`]).
@@ -248,8 +305,7 @@ impl Scope<'_> {
         let audit_options = AuditOptions {
             tolerance_mm: plain.audit.tolerance_mm,
             normal_tolerance_deg: plain.audit.normal_tolerance_deg,
-            borders: self.is_whole(),
-            ..AuditOptions::default()
+            ..ESTIMATE
         };
         balance_errors(plain, found, self, options, &audit_options)
     }

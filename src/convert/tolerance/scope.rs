@@ -4,9 +4,13 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::budget::Budget;
+use super::face_error::Evaluations;
 use super::faults::ErrorContext;
 use super::goal::Goal;
+use super::refine::Models;
+use super::slide_estimate::Neighbours;
 use super::state::State;
+use crate::audit::local::LocalReference;
 use crate::audit::{CadReference, ReferenceSurface};
 use crate::cad::Model;
 use crate::convert::ConvertOptions;
@@ -28,9 +32,13 @@ pub(super) struct Scope<'a> {
     pub options: &'a ConvertOptions,
     /// For each edge of the plan, true at a free border.
     pub free_edges: Vec<bool>,
-    /// True when normals have a tolerance.
-    pub normals: bool,
     pub budget: Arc<Budget>,
+    /// Adjacent faces, if vertices may slide within flats.
+    pub neighbours: Option<&'a Neighbours>,
+    /// Results of single faces.
+    pub evaluations: Arc<Evaluations>,
+    /// Complete models made.
+    pub models: Arc<Models>,
 }
 
 /// For each edge, true when exactly one face uses it and no other face contains it. Containment is tested at three
@@ -65,7 +73,7 @@ impl<'a> Scope<'a> {
         reference: &'a CadReference<'a>,
         mesh: &MappedOptions,
         options: &'a ConvertOptions,
-        normals: bool,
+        neighbours: Option<&'a Neighbours>,
     ) -> Result<Self, MeshError> {
         let through_cad = options.through_cad;
         let coarse =
@@ -78,8 +86,10 @@ impl<'a> Scope<'a> {
             mesh: coarse,
             options,
             free_edges: free_edges(model, reference),
-            normals,
             budget: Arc::new(Budget::of_faces(model.faces.len())),
+            neighbours,
+            evaluations: Arc::default(),
+            models: Arc::default(),
         })
     }
 
@@ -89,13 +99,19 @@ impl<'a> Scope<'a> {
         let mesh = MappedOptions { fewest: false, ..self.mesh };
         let plan = Plan::new(self.plan.model(), &mesh)?;
         let (free_edges, budget) = (self.free_edges.clone(), self.budget.clone());
-        Ok(Self { plan, mesh, free_edges, budget, ..*self })
+        let (evaluations, models) = (self.evaluations.clone(), self.models.clone());
+        Ok(Self { plan, mesh, free_edges, budget, evaluations, models, ..*self })
     }
 
     /// True when the meshes of a state in this scope and in `other` differ.
     pub(super) fn meshes_differently(&self, other: &Self, state: &State) -> bool {
         let mesh = |scope: &Self| scope.plan.mesh(&state.minima, &state.density).ok();
         mesh(self) != mesh(other)
+    }
+
+    /// The CAD model as the fast reference of the search.
+    pub(super) fn local_reference(&self) -> LocalReference<'_, 'a> {
+        LocalReference(self.reference)
     }
 
     /// True unless the scope is one face of several. The border of such a face is not free where another face uses it.

@@ -1,5 +1,7 @@
 //! State of a search: divisions of edges and faces, with the resulting errors.
 
+use std::sync::Arc;
+
 use super::face_result::FaceResult;
 use crate::geometry::Vec3;
 use crate::mesh::mapped::plan::Divisions;
@@ -14,7 +16,7 @@ pub(super) struct State {
     /// Divisions of all edges consistent with `minima`.
     pub divisions: Divisions,
     /// Result of each face.
-    pub faces: Vec<FaceResult>,
+    pub faces: Vec<Arc<FaceResult>>,
     /// Error of each face over the tolerance.
     pub error_ratios: Vec<f64>,
 }
@@ -32,22 +34,12 @@ impl State {
 
     /// Position of the maximum error of a face [mm].
     pub fn worst_point(&self, face: usize) -> Option<Vec3> {
-        self.faces[face].worst_point
+        self.faces[face].worst_points.first().map(|p| p.0)
     }
 
     /// Measured edges of a face, each with the maximum distance of the patch sides on it [mm].
     pub fn edge_deviations(&self, face: usize) -> &[(usize, f64)] {
         &self.faces[face].edge_deviations
-    }
-
-    /// Divisions of edges and inside faces, which determine the mesh.
-    pub fn key(&self) -> (Divisions, Vec<usize>) {
-        (self.divisions.clone(), self.density.clone())
-    }
-
-    /// True when the state has these divisions.
-    pub fn has_divisions(&self, (divisions, density): &(Divisions, Vec<usize>)) -> bool {
-        self.divisions == *divisions && self.density == *density
     }
 
     /// Error of a face over the tolerance, without its tolerance factor.

@@ -85,8 +85,9 @@ impl Scope<'_> {
         let plain = MappedOptions { arc_divisions, by_turn: false, fewest: false, ..self.mesh };
         // Flats with interior nodes fold less at arcs of their borders.
         let equal_lengths = || {
-            let mesh = mapped::mesh(self.plan.model(), &plain).ok()?;
-            convert(self.plan.model(), &mesh, self.options).ok()
+            let other =
+                mapped::mesh(self.plan.model(), &plain).ok().filter(|other| other != mesh)?;
+            convert(self.plan.model(), &other, self.options).ok()
         };
         let by_eq8 = || {
             let options = MappedOptions { through_cad: false, ..plain };
@@ -127,7 +128,9 @@ impl Scope<'_> {
             r if r <= BALANCE_RATIO_MAX && goal.two_sided => self.two_sided(plain, found, options),
             _ => return (ratio, None),
         };
-        (ratio, refined.ok().filter(|r| is_valid(r) && goal_ratio(r, goal) <= 1.0))
+        let within = |found: &Refined| is_valid(found) && goal_ratio(found, goal) <= 1.0;
+        let checked = refined.ok().filter(within).and_then(|r| self.with_full_audit(r).ok());
+        (ratio, checked.filter(within))
     }
 }
 

@@ -26,17 +26,45 @@ const NEWTON_ITERATIONS_MAX: u32 = 50;
 /// directions of half the length.
 const MODIFIED_EIGENVALUE_MIN: f64 = 0.05;
 
+/// Relative change of the parameters at which the iteration ends: the next step is below rounding.
+const RESOLUTION: f64 = 1e-12;
+/// The same for [`descend_coarsely`]. Convergence is quadratic: the error that remains is about its square.
+const COARSE_RESOLUTION: f64 = 1e-6;
+
 /// Local minimum of the distance reached from `start`: parameters and squared distance.
-///
-/// Newton steps are used where the Hessian is positive definite, at least along an active bound. Elsewhere the Hessian
-/// is modified to be positive definite (Nocedal/Wright, section 3.4). Each step minimises the quadratic model within
-/// the bounds and is halved until the distance does not increase.
 pub(crate) fn descend(
     derivs: impl Fn(Vec2) -> SurfaceDerivs,
     p: &Vec3,
     start: Vec2,
     bounds: Bounds,
 ) -> (Vec2, f64) {
+    let (x, _, distance) = descend_to(derivs, p, start, (bounds, RESOLUTION));
+    (x, distance)
+}
+
+/// As [`descend`], with parameters to 1e-6 of the bounds or better. Also returns the derivatives.
+pub(crate) fn descend_coarsely(
+    derivs: impl Fn(Vec2) -> SurfaceDerivs,
+    p: &Vec3,
+    start: Vec2,
+    bounds: Bounds,
+) -> (Vec2, SurfaceDerivs) {
+    let (x, d, _) = descend_to(derivs, p, start, (bounds, COARSE_RESOLUTION));
+    (x, d)
+}
+
+/// Local minimum reached from `start`: parameters, derivatives there, squared distance. Ends at a step of `resolution`
+/// relative to the bounds.
+///
+/// Newton steps are used where the Hessian is positive definite, at least along an active bound. Elsewhere the Hessian
+/// is modified to be positive definite (Nocedal/Wright, section 3.4). Each step minimises the quadratic model within
+/// the bounds and is halved until the distance does not increase.
+fn descend_to(
+    derivs: impl Fn(Vec2) -> SurfaceDerivs,
+    p: &Vec3,
+    start: Vec2,
+    (bounds, resolution): (Bounds, f64),
+) -> (Vec2, SurfaceDerivs, f64) {
     let mut x = bounds.clamp(start);
     let mut d = derivs(x);
     let mut best = (d.s - p).norm_squared();
@@ -60,12 +88,11 @@ pub(crate) fn descend(
         let Some((next, e, distance)) = taken else { break };
         let moved = (next - x).abs().max();
         (x, d, best) = (next, e, distance);
-        // Quadratic convergence: the next step is below rounding.
-        if moved <= 1e-12 * (bounds.high - bounds.low).max().min(1.0) {
+        if moved <= resolution * (bounds.high - bounds.low).max().min(1.0) {
             break;
         }
     }
-    (x, best)
+    (x, d, best)
 }
 
 /// Rounding error of a squared distance near the foot point, from the rounding of the coordinates.

@@ -2,7 +2,8 @@
 //! or surface; to own it separately, build a [`SurfaceProjector`] or [`CurveProjector`].
 
 use super::curve::{Curve2, Curve3};
-use super::newton::{Bounds, descend};
+use super::derivs::SurfaceDerivs;
+use super::newton::{Bounds, descend, descend_coarsely};
 use super::projector::{CurveProjector, SurfaceProjector};
 use super::surface::Surface;
 use crate::geometry::{Vec2, Vec3};
@@ -131,9 +132,20 @@ impl Surface {
     }
 
     fn newton(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
+        descend(|uv| self.derivs(uv), p, start, self.bounds())
+    }
+
+    /// Local minimum of the distance reached from `start`, with parameters to 1e-6 of the domain or better, and the
+    /// derivatives there.
+    #[must_use]
+    pub fn closest_locally(&self, p: &Vec3, start: Vec2) -> (Vec2, SurfaceDerivs) {
+        descend_coarsely(|uv| self.derivs(uv), p, start, self.bounds())
+    }
+
+    /// The domain.
+    fn bounds(&self) -> Bounds {
         let [u, v] = self.domain();
-        let bounds = Bounds { low: Vec2::new(u[0], v[0]), high: Vec2::new(u[1], v[1]) };
-        descend(|uv| self.derivs(uv), p, start, bounds)
+        Bounds { low: Vec2::new(u[0], v[0]), high: Vec2::new(u[1], v[1]) }
     }
 
     /// Closest point in the rectangle from `low` to `high`, which should contain a single foot point: the best of 3 x 3

@@ -1,17 +1,19 @@
 //! Nodes on the edges of the model, shared by adjacent faces.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::OnceLock;
+
+use rustc_hash::FxHashMap;
 
 use super::edge_tangents::EdgeTangents;
 use super::patchwork::Node;
-use super::sample::{Lifted, MeasuredCurve};
+use super::sample::{Lengths, Lifted, MeasuredCurve};
 use super::sides::{Shape, is_joint};
 use crate::cad::Model;
 use crate::cad::model::{EdgeUse, Face};
 use crate::geometry::{Vec2, Vec3};
 
 /// A divided edge.
-#[derive(Clone, Default)]
 struct Divided {
     /// Interior points.
     inner: Vec<Vec3>,
@@ -27,12 +29,19 @@ pub struct Cuts<'a> {
     pub curved: &'a [bool],
     /// Edges of strongly uneven curvature are divided by turning angle, all others by equal lengths.
     pub by_turn: bool,
+    /// The edges with their lengths measured, on first use.
+    pub measured: &'a [OnceLock<Lengths>],
 }
 
 impl Divided {
     fn new(model: &Model, edge: usize, cuts: &Cuts<'_>) -> Self {
-        let curve = MeasuredCurve::new(&model.edges[edge].curve);
-        let curve = if cuts.by_turn { curve.by_turn() } else { curve };
+        let curve = &model.edges[edge].curve;
+        let measure = || {
+            let measured = MeasuredCurve::new(curve);
+            (if cuts.by_turn { measured.by_turn() } else { measured }).into_lengths()
+        };
+        let along = cuts.measured[edge].get_or_init(measure);
+        let curve = MeasuredCurve::with_lengths(curve, along);
         let count = cuts.counts[edge];
         let tangents = if cuts.curved[edge] { curve.tangents(count) } else { Vec::new() };
         let points = curve.divide(count);
@@ -42,12 +51,13 @@ impl Divided {
 
 /// Vertices of the mesh on the edges of the model.
 pub struct Border {
-    /// Positions [mm]: vertices of the model first, then the interior points of the edges in order.
+    /// Positions [mm]: ends of the edges first, in the order of the model's vertices, then the interior points of the
+    /// edges in order.
     pub points: Vec<Vec3>,
     /// Vertex ids along each edge, including both ends.
-    along: Vec<Vec<u32>>,
+    along: FxHashMap<usize, Vec<u32>>,
     /// Tangents at these vertices for curved edges; empty for others.
-    tangents: Vec<Vec<Vec3>>,
+    tangents: FxHashMap<usize, Vec<Vec3>>,
 }
 
 impl Border {
@@ -55,29 +65,29 @@ impl Border {
     pub fn new(model: &Model, cuts: &Cuts<'_>) -> Self {
         use rayon::prelude::*;
         let edges = (0..model.edges.len()).into_par_iter();
-        Self::of(model, edges.map(|e| Divided::new(model, e, cuts)).collect())
+        Self::of(model, edges.map(|e| (e, Divided::new(model, e, cuts))).collect())
     }
 
-    /// Divides the edges of one face; the others remain undivided.
+    /// Divides the edges of one face.
     pub fn of_face(model: &Model, cuts: &Cuts<'_>, face: &Face) -> Self {
-        let mut divided = vec![Divided::default(); model.edges.len()];
-        for e in face.loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge) {
-            divided[e] = Divided::new(model, e, cuts);
-        }
-        Self::of(model, divided)
+        let uses = face.loops.iter().flat_map(|l| &l.uses);
+        let edges: BTreeSet<usize> = uses.filter_map(|u| u.edge).collect();
+        Self::of(model, edges.into_iter().map(|e| (e, Divided::new(model, e, cuts))).collect())
     }
 
-    fn of(model: &Model, divided: Vec<Divided>) -> Self {
-        let mut points = model.vertices.clone();
-        let (mut along, mut tangents) = (Vec::new(), Vec::new());
-        for (edge, of_edge) in model.edges.iter().zip(divided) {
+    fn of(model: &Model, divided: Vec<(usize, Divided)>) -> Self {
+        let ends = |&(e, _): &(usize, Divided)| model.edges[e].vertices;
+        let vertices: BTreeSet<usize> = divided.iter().flat_map(ends).collect();
+        let mut points: Vec<Vec3> = vertices.iter().map(|&v| model.vertices[v]).collect();
+        let ids: FxHashMap<usize, u32> = vertices.into_iter().zip(0..).collect();
+        let (mut along, mut tangents) = (FxHashMap::default(), FxHashMap::default());
+        for (e, of_edge) in divided {
+            let [start, end] = model.edges[e].vertices.map(|v| ids[&v]);
             let first = points.len() as u32;
             points.extend(of_edge.inner);
-            let mut ids = vec![edge.vertices[0] as u32];
-            ids.extend(first..points.len() as u32);
-            ids.push(edge.vertices[1] as u32);
-            along.push(ids);
-            tangents.push(of_edge.tangents);
+            let inner = first..points.len() as u32;
+            along.insert(e, std::iter::once(start).chain(inner).chain([end]).collect());
+            tangents.insert(e, of_edge.tangents);
         }
         Self { points, along, tangents }
     }
@@ -86,8 +96,8 @@ impl Border {
     pub fn edge_tangents(&self, face: &Face) -> EdgeTangents {
         let mut edge_tangents = EdgeTangents::default();
         for side in face.loops.iter().flat_map(|l| &l.uses) {
-            let Some(e) = side.edge.filter(|&e| !self.tangents[e].is_empty()) else { continue };
-            let (mut ids, mut tangents) = (self.along[e].clone(), self.tangents[e].clone());
+            let Some(e) = side.edge.filter(|e| !self.tangents[e].is_empty()) else { continue };
+            let (mut ids, mut tangents) = (self.along[&e].clone(), self.tangents[&e].clone());
             if side.reversed {
                 ids.reverse();
                 tangents.reverse();
@@ -122,7 +132,7 @@ impl Border {
     }
 
     fn edge_nodes(&self, face: &Face, side: &EdgeUse) -> Vec<Node> {
-        let Some(ids) = side.edge.and_then(|e| self.along.get(e)) else { return Vec::new() };
+        let Some(ids) = side.edge.and_then(|e| self.along.get(&e)) else { return Vec::new() };
         let mut ids = ids.clone();
         if side.reversed {
             ids.reverse();
@@ -138,7 +148,7 @@ impl Border {
         let count = uses.len();
         (1..count).find_map(|back| {
             let before = &uses[(k + count - back) % count];
-            let ids = self.along.get(before.edge?)?;
+            let ids = self.along.get(&before.edge?)?;
             if before.reversed { ids.first().copied() } else { ids.last().copied() }
         })
     }

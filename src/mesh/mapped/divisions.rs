@@ -1,6 +1,8 @@
 //! Consistent integer divisions of the edges of a model. Opposite sides of a four-sided face have equal counts, so that
 //! counts propagate along chains of opposite edges.
 
+use std::collections::BTreeSet;
+
 use crate::geometry::sets::DisjointSets;
 
 /// A constraint of a face on the counts of its edges.
@@ -31,37 +33,79 @@ const GROWTH_MAX: usize = 8;
 /// minima.
 #[must_use]
 pub fn assign(minima: &[usize], lengths: &[f64], rules: &[Rule]) -> Assignment {
-    // Edges with equal counts.
-    let mut classes = DisjointSets::new(minima.len());
-    for rule in rules {
-        if let Rule::Equal(a, b) = rule
-            && let ([a], [b]) = (&a[..], &b[..])
-        {
-            classes.join(*a, *b);
+    PreparedRules::new(lengths, rules).assign(minima)
+}
+
+/// Rules of a model, prepared for many assignments.
+#[derive(Debug, Clone)]
+pub struct PreparedRules {
+    /// For each edge the first edge of those with equal counts: its class.
+    class: Vec<usize>,
+    /// Largest length of each class [mm].
+    length: Vec<f64>,
+    sums: Vec<Balance>,
+    /// Rules that contain each class.
+    rules_of: Vec<Vec<usize>>,
+}
+
+impl PreparedRules {
+    /// Prepares `rules` between edges of these lengths [mm].
+    #[must_use]
+    pub fn new(lengths: &[f64], rules: &[Rule]) -> Self {
+        let mut classes = DisjointSets::new(lengths.len());
+        for rule in rules {
+            if let Rule::Equal(a, b) = rule
+                && let ([a], [b]) = (&a[..], &b[..])
+            {
+                classes.join(*a, *b);
+            }
         }
-    }
-    let class: Vec<usize> = (0..minima.len()).map(|e| classes.representative(e)).collect();
-    let mut count = vec![1; minima.len()];
-    let mut length = vec![0.0f64; minima.len()];
-    for e in 0..minima.len() {
-        count[class[e]] = count[class[e]].max(minima[e]);
-        length[class[e]] = length[class[e]].max(lengths[e]);
-    }
-    let limit = GROWTH_MAX * count.iter().copied().max().unwrap_or(1).max(4);
-    let sums: Vec<_> = rules.iter().map(|rule| balance(rule, &class)).collect();
-    let mut kept: Vec<bool> = sums.iter().map(can_hold).collect();
-    loop {
-        let broken = (0..rules.len()).find(|&r| kept[r] && residual(&sums[r], &count) != 0);
-        let Some(r) = broken else { break };
-        match choose(&sums[r], &count, &length, limit) {
-            Some(raise) => count[raise] += 1,
-            None => kept[r] = false,
+        let class: Vec<usize> = (0..lengths.len()).map(|e| classes.representative(e)).collect();
+        let mut length = vec![0.0f64; lengths.len()];
+        for (&c, &own) in class.iter().zip(lengths) {
+            length[c] = length[c].max(own);
         }
+        let sums: Vec<Balance> = rules.iter().map(|rule| balance(rule, &class)).collect();
+        let mut rules_of = vec![Vec::new(); lengths.len()];
+        for (r, sum) in sums.iter().enumerate() {
+            sum.terms.iter().for_each(|&(k, _)| rules_of[k].push(r));
+        }
+        Self { class, length, sums, rules_of }
     }
-    Assignment { counts: class.iter().map(|&c| count[c]).collect(), kept }
+
+    /// Small counts that satisfy the rules; see [`assign`].
+    #[must_use]
+    pub fn assign(&self, minima: &[usize]) -> Assignment {
+        let mut count = vec![1; minima.len()];
+        for (&c, &least) in self.class.iter().zip(minima) {
+            count[c] = count[c].max(least);
+        }
+        let limit = GROWTH_MAX * count.iter().copied().max().unwrap_or(1).max(4);
+        let mut kept: Vec<bool> = self.sums.iter().map(can_hold).collect();
+        let is_broken = |r: usize, count: &[usize]| residual(&self.sums[r], count) != 0;
+        let mut broken: BTreeSet<usize> =
+            (0..kept.len()).filter(|&r| kept[r] && is_broken(r, &count)).collect();
+        while let Some(&r) = broken.first() {
+            let Some(raise) = choose(&self.sums[r], &count, &self.length, limit) else {
+                kept[r] = false;
+                broken.remove(&r);
+                continue;
+            };
+            count[raise] += 1;
+            for &other in self.rules_of[raise].iter().filter(|&&other| kept[other]) {
+                if is_broken(other, &count) {
+                    broken.insert(other);
+                } else {
+                    broken.remove(&other);
+                }
+            }
+        }
+        Assignment { counts: self.class.iter().map(|&c| count[c]).collect(), kept }
+    }
 }
 
 /// A rule over classes: coefficients, and whether only its parity matters.
+#[derive(Debug, Clone)]
 struct Balance {
     terms: Vec<(usize, i64)>,
     parity: bool,

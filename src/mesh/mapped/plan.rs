@@ -1,7 +1,7 @@
 //! Meshes with prescribed divisions of edges and faces, for refinement to a tolerance.
 
 use super::border::Border;
-use super::divisions::Rule;
+use super::divisions::{PreparedRules, Rule};
 use super::mesh::even_quads;
 use super::mesher::Mesher;
 use super::options::{MappedOptions, MeshStyle, check_options};
@@ -12,7 +12,7 @@ use crate::mesh::{MeshError, SurfaceMesh};
 /// Data of a model that do not depend on the divisions.
 pub struct Plan<'m> {
     mesher: Mesher<'m>,
-    rules: Vec<Rule>,
+    rules: PreparedRules,
     owners: Vec<usize>,
     chains: Vec<usize>,
     /// Quadrilaterals only, and flat faces can be cut into them.
@@ -42,8 +42,8 @@ impl<'m> Plan<'m> {
         let quads = options.style == MeshStyle::Quads;
         let even = quads && even_quads(model, &structured).is_some();
         let mesher = Mesher::new(model, if even { &structured } else { options }, quads && !even);
-        let (rules, owners) = mesher.rules();
-        let chains = chains(model.edges.len(), &rules);
+        let chains = chains(model.edges.len(), &mesher.rules().0);
+        let (rules, owners) = mesher.prepared_rules();
         Ok(Self { mesher, rules, owners, chains, even })
     }
 
@@ -87,15 +87,20 @@ impl<'m> Plan<'m> {
     /// with holes.
     #[must_use]
     pub fn may_save(&self) -> bool {
+        (0..self.mesher.shapes.len()).any(|f| self.may_save_on(f))
+    }
+
+    /// True when [`MappedOptions::fewest`] may have an effect on face `f`.
+    #[must_use]
+    pub fn may_save_on(&self, f: usize) -> bool {
         let Mesher { model, shapes, flats, .. } = &self.mesher;
-        let saves = |f: usize| match &shapes[f] {
+        match &shapes[f] {
             Shape::Four(sides) => {
                 let uses = &model.faces[f].loops[0].uses;
                 sides.iter().any(|side| side.iter().all(|&u| uses[u].edge.is_none()))
             }
             _ => flats[f] && model.faces[f].loops.len() > 1,
-        };
-        (0..shapes.len()).any(saves)
+        }
     }
 
     /// Divisions of every edge, at least `minima`, that satisfy the rules.

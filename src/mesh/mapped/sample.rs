@@ -1,5 +1,7 @@
 //! Measures of edges and trimming curves: length, turning angle, points at equal lengths, foot points.
 
+use std::borrow::Cow;
+
 use crate::cad::model::{EdgeUse, Face};
 use crate::geometry::nurbs::{Curve2, Curve3};
 use crate::geometry::{Vec2, Vec3};
@@ -49,14 +51,20 @@ pub fn angle(a: &Vec3, b: &Vec3) -> f64 {
     if cross == 0.0 && dot == 0.0 { 0.0 } else { cross.atan2(dot) }
 }
 
-/// A curve parametrised by arc length.
-pub struct MeasuredCurve<'c> {
-    curve: &'c Curve3,
+/// Lengths along a curve.
+#[derive(Debug, Clone)]
+pub struct Lengths {
     stations: Vec<f64>,
     lengths: Vec<f64>,
     /// For a curve of strongly uneven curvature the cumulative division density at each station, which is divided
     /// instead of the length.
     graded: Option<Vec<f64>>,
+}
+
+/// A curve parametrised by arc length.
+pub struct MeasuredCurve<'c> {
+    curve: &'c Curve3,
+    along: Cow<'c, Lengths>,
 }
 
 impl<'c> MeasuredCurve<'c> {
@@ -69,41 +77,55 @@ impl<'c> MeasuredCurve<'c> {
             total += length_between(curve, pair[0], pair[1]);
             lengths.push(total);
         }
-        Self { curve, stations, lengths, graded: None }
+        Self { curve, along: Cow::Owned(Lengths { stations, lengths, graded: None }) }
+    }
+
+    /// A curve with its known lengths.
+    pub fn with_lengths(curve: &'c Curve3, along: &'c Lengths) -> Self {
+        Self { curve, along: Cow::Borrowed(along) }
+    }
+
+    /// Its lengths.
+    pub fn into_lengths(self) -> Lengths {
+        self.along.into_owned()
     }
 
     /// The same curve, to be divided by its turning angle if that is strongly uneven.
     pub fn by_turn(self) -> Self {
-        let graded = graded(self.curve, &self.stations, &self.lengths);
-        Self { graded, ..self }
+        let mut along = self.along.into_owned();
+        along.graded = graded(self.curve, &along.stations, &along.lengths);
+        Self { along: Cow::Owned(along), ..self }
     }
 
     /// Parameter at a fraction of the curve's divisions: of its length, or of its division density.
     fn parameter_at_fraction(&self, share: f64) -> f64 {
-        let Some(graded) = &self.graded else { return self.parameter(self.length() * share) };
+        let Some(graded) = &self.along.graded else { return self.parameter(self.length() * share) };
         let wanted = graded[graded.len() - 1] * share;
         let k = graded.partition_point(|&g| g <= wanted).clamp(1, graded.len() - 1);
         let fraction = ((wanted - graded[k - 1]) / (graded[k] - graded[k - 1])).clamp(0.0, 1.0);
-        self.parameter(self.lengths[k - 1] + fraction * (self.lengths[k] - self.lengths[k - 1]))
+        self.parameter(
+            self.along.lengths[k - 1]
+                + fraction * (self.along.lengths[k] - self.along.lengths[k - 1]),
+        )
     }
 
     /// Total length [mm].
     pub fn length(&self) -> f64 {
-        self.lengths.last().copied().unwrap_or(0.0)
+        self.along.lengths.last().copied().unwrap_or(0.0)
     }
 
     /// Turning angle of the tangent along the curve [rad].
     pub fn turn(&self) -> f64 {
-        let tangents = tangents_at(self.curve, &self.stations, self.length());
+        let tangents = tangents_at(self.curve, &self.along.stations, self.length());
         tangents.windows(2).map(|w| angle(&w[0], &w[1])).sum()
     }
 
     /// Parameter at the arc length `s` [mm].
     fn parameter(&self, s: f64) -> f64 {
-        let last = self.stations.len() - 1;
-        let k = self.lengths.partition_point(|&l| l <= s).clamp(1, last);
-        let (t0, t1) = (self.stations[k - 1], self.stations[k]);
-        let (l0, l1) = (self.lengths[k - 1], self.lengths[k]);
+        let last = self.along.stations.len() - 1;
+        let k = self.along.lengths.partition_point(|&l| l <= s).clamp(1, last);
+        let (t0, t1) = (self.along.stations[k - 1], self.along.stations[k]);
+        let (l0, l1) = (self.along.lengths[k - 1], self.along.lengths[k]);
         if l1 <= l0 {
             return t0;
         }

@@ -6,8 +6,10 @@
 mod saving;
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 use super::face_error::FaceEvaluator;
 use super::face_result::FaceResult;
@@ -34,6 +36,11 @@ const UNIFORM_DIVISIONS: [usize; 7] = [2, 3, 4, 6, 8, 12, 16];
 const STAGNANT_RAISES_MAX: usize = 12;
 /// The same number for a face without valid patches, whose divisions grow by a third in each raise.
 const INVALID_RAISES_MAX: usize = 8;
+/// Number of faces above their tolerance for which moves are chosen at once. It does not change the moves, only how many
+/// are chosen in vain.
+const RAISES_AT_ONCE: usize = 16;
+/// Number of patches up to which a face is evaluated before others whose result may not be needed.
+const SMALL_FACE_PATCHES_MAX: usize = 32;
 /// Number of edges closest to the worst point that are candidates for raising on a face that is not mapped.
 const CANDIDATE_EDGES_MAX: usize = 3;
 
@@ -90,12 +97,67 @@ impl Search<'_> {
     /// Evaluates all faces for these minimum divisions.
     fn state(&self, minima: Vec<usize>, density: Vec<usize>) -> State {
         let divisions = self.plan.agree(&minima);
-        let faces: Vec<FaceResult> = (0..self.plan.model().faces.len())
+        let faces: Vec<Arc<FaceResult>> = (0..self.plan.model().faces.len())
             .into_par_iter()
             .map(|f| self.evaluator.evaluate(f, &divisions, density[f]))
             .collect();
         let error_ratios = faces.iter().enumerate().map(|(k, f)| self.error_ratio(k, f)).collect();
         State { minima, density, divisions, faces, error_ratios }
+    }
+
+    /// The state with these minimum divisions: faces whose divisions differ from those of `before` are evaluated.
+    fn changed(&self, before: &State, minima: Vec<usize>, density: Vec<usize>) -> State {
+        let mut state = self.divided(before, minima, density);
+        let faces = self.faces_that_differ(before, &state);
+        self.evaluate(&mut state, &faces);
+        state
+    }
+
+    /// As [`Self::changed`]; `None` when a face is above its tolerance. Faces of few patches are evaluated first.
+    fn changed_within_goal(
+        &self,
+        before: &State,
+        minima: Vec<usize>,
+        density: Vec<usize>,
+    ) -> Option<State> {
+        let mut state = self.divided(before, minima, density);
+        let mut faces = self.faces_that_differ(before, &state);
+        faces.sort_by_key(|&f| before.faces[f].patches);
+        let small = faces.partition_point(|&f| before.faces[f].patches <= SMALL_FACE_PATCHES_MAX);
+        for part in [&faces[..small], &faces[small..]] {
+            self.evaluate(&mut state, part);
+            if part.iter().any(|&f| self.excess(&state, f) > 1.0) {
+                return None;
+            }
+        }
+        Some(state)
+    }
+
+    /// The state `before` with other divisions, its faces not yet evaluated.
+    fn divided(&self, before: &State, minima: Vec<usize>, density: Vec<usize>) -> State {
+        let divisions = self.plan.agree(&minima);
+        State { minima, density, divisions, ..before.clone() }
+    }
+
+    /// Faces with different divisions.
+    fn faces_that_differ(&self, before: &State, after: &State) -> Vec<usize> {
+        let differs = |&f: &usize| {
+            let count = |e: usize| after.divisions.counts[e] != before.divisions.counts[e];
+            after.density[f] != before.density[f]
+                || after.divisions.mapped[f] != before.divisions.mapped[f]
+                || self.edges(f).any(count)
+        };
+        (0..before.faces.len()).filter(differs).collect()
+    }
+
+    /// Evaluates some faces of a state.
+    fn evaluate(&self, state: &mut State, faces: &[usize]) {
+        let evaluate = |&f: &usize| self.evaluator.evaluate(f, &state.divisions, state.density[f]);
+        let results: Vec<Arc<FaceResult>> = faces.par_iter().map(evaluate).collect();
+        for (&f, result) in faces.iter().zip(results) {
+            state.error_ratios[f] = self.error_ratio(f, &result);
+            state.faces[f] = result;
+        }
     }
 
     /// Largest ratio of error to tolerance of face `k`. Distances from edges and creases are not reduced by the vertex
@@ -131,33 +193,35 @@ impl Search<'_> {
     }
 
     /// Raises divisions until every face is within its tolerance ([`Search::is_within_goal`]). It also ends when
-    /// nothing can be raised, when the worst face no longer improves, or when the budget is exhausted.
+    /// nothing can be raised, when a face no longer improves, or when the budget is exhausted.
     pub fn grow(&self, mut state: State) -> State {
         // For each face the minimum error and the number of raises since then.
         let mut best: Vec<(f64, usize)> = state.error_ratios.iter().map(|&b| (b, 0)).collect();
         loop {
-            let worst = (0..state.faces.len())
-                .max_by(|&a, &b| self.excess(&state, a).total_cmp(&self.excess(&state, b)));
-            let Some(f) = worst.filter(|&f| self.excess(&state, f) > 1.0) else { return state };
-            // Without valid patches all divisions grow by a third in each raise.
-            let raises_max = if state.error_ratios[f].is_finite() {
-                STAGNANT_RAISES_MAX + self.edges(f).count()
-            } else {
-                INVALID_RAISES_MAX
+            let exceeding = self.exceeding_faces(&state);
+            let stagnates = |&f: &usize| {
+                // Without valid patches all divisions grow by a third in each raise.
+                let raises_max = if state.error_ratios[f].is_finite() {
+                    STAGNANT_RAISES_MAX + self.edges(f).count()
+                } else {
+                    INVALID_RAISES_MAX
+                };
+                best[f].1 > raises_max
             };
-            if best[f].1 > raises_max || self.evaluator.budget().is_exhausted() {
+            let ended = exceeding.is_empty() || exceeding.iter().any(stagnates);
+            if ended || self.evaluator.budget().is_exhausted() {
                 return state;
             }
-            let chosen = self.choose_moves(&state, f);
-            if chosen.is_empty() {
+            let raises = self.independent_raises(&state, &exceeding);
+            if raises.is_empty() {
                 return state;
             }
             let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
-            for m in chosen {
-                self.raise(&state, f, m, &mut minima, &mut density);
+            for (f, moves) in raises {
+                moves.into_iter().for_each(|m| self.raise(&state, f, m, &mut minima, &mut density));
+                best[f].1 += 1;
             }
-            state = self.state(minima, density);
-            best[f].1 += 1;
+            state = self.changed(&state, minima, density);
             for (face, least) in best.iter_mut().enumerate() {
                 if state.error_ratios[face] < 0.9 * least.0 {
                     *least = (state.error_ratios[face], 0);
@@ -166,7 +230,41 @@ impl Search<'_> {
         }
     }
 
-    /// Moves for face `f`: all chains whose sides are too far from their edges; otherwise the move with the largest
+    /// Faces above their tolerance, the worst first.
+    fn exceeding_faces(&self, state: &State) -> Vec<usize> {
+        let excess = |f: usize| self.excess(state, f);
+        let mut faces: Vec<usize> = (0..state.faces.len()).filter(|&f| excess(f) > 1.0).collect();
+        faces.sort_by(|&a, &b| excess(b).total_cmp(&excess(a)).then(a.cmp(&b)));
+        faces
+    }
+
+    /// Moves of faces above their tolerance that do not affect each other: no chain of one face's moves is on another
+    /// of these faces. The worst faces come first.
+    fn independent_raises(&self, state: &State, exceeding: &[usize]) -> Vec<(usize, Vec<Move>)> {
+        let (mut of_faces, mut of_moves) = (FxHashSet::default(), FxHashSet::default());
+        let mut raises: Vec<(usize, Vec<Move>)> = Vec::new();
+        for batch in exceeding.chunks(RAISES_AT_ONCE) {
+            let open =
+                |f: &&usize| self.edges(**f).all(|e| !of_moves.contains(&self.plan.chains()[e]));
+            let open: Vec<usize> = batch.iter().filter(open).copied().collect();
+            let chosen: Vec<Vec<Move>> =
+                open.par_iter().map(|&f| self.choose_moves(state, f)).collect();
+            for (f, moves) in open.into_iter().zip(chosen) {
+                let own = || self.edges(f).map(|e| self.plan.chains()[e]);
+                let chains = |m: &Move| if let Move::Chain(c) = m { Some(*c) } else { None };
+                let affects = moves.iter().filter_map(chains).any(|c| of_faces.contains(&c));
+                if moves.is_empty() || affects || own().any(|c| of_moves.contains(&c)) {
+                    continue;
+                }
+                of_faces.extend(own());
+                of_moves.extend(moves.iter().filter_map(chains));
+                raises.push((f, moves));
+            }
+        }
+        raises
+    }
+
+    /// Moves for face `f`: all chains whose sides are too far from their edges; otherwise the moves with the largest
     /// gain; without a gain, all candidate moves.
     fn choose_moves(&self, state: &State, f: usize) -> Vec<Move> {
         let border_moves = self.border_moves(state, f);
@@ -174,13 +272,13 @@ impl Search<'_> {
         if !border_moves.is_empty() && self.is_valid_after(state, f, &border_moves) {
             return border_moves;
         }
-        let mut moves = self.candidate_moves(state, f);
-        moves.truncate(self.affordable_moves(state, f));
-        let gains: Vec<f64> = moves.par_iter().map(|m| self.gain(state, f, *m)).collect();
+        let mut candidates = self.candidate_moves(state, f);
+        candidates.truncate(self.affordable_moves(state, f));
+        let gains: Vec<f64> = candidates.par_iter().map(|m| self.gain(state, f, m)).collect();
         match gains.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)) {
-            Some((k, gain)) if *gain > 0.0 => vec![moves[k]],
-            // No single move reduces the error: all moves together.
-            _ => moves,
+            Some((k, gain)) if *gain > 0.0 => candidates.swap_remove(k),
+            // No candidate reduces the error: all moves together.
+            _ => candidates.into_iter().flatten().collect::<BTreeSet<Move>>().into_iter().collect(),
         }
     }
 
@@ -207,41 +305,55 @@ impl Search<'_> {
             let n = state.divisions.counts[e];
             minima[chain] = minima[chain].max(if n < DIVISIONS_MAX { n + 1 } else { n });
         };
-        let nearest = |(f, place): &(usize, Vec3)| {
-            let distances = self.edges(*f).map(|e| (self.distance_to_edge(e, place), e));
-            distances.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|near| near.1)
-        };
-        places.iter().filter_map(nearest).for_each(&mut more);
+        let nearest = |(f, place): &(usize, Vec3)| self.nearest_edges(*f, place, 1);
+        places.iter().flat_map(nearest).for_each(&mut more);
         for &f in folded {
             self.edges(f).for_each(&mut more);
             if self.divides_inside(state, f) && density[f] < DIVISIONS_MAX {
-                density[f] += 1;
+                density[f] = self.denser(state, f).unwrap_or(density[f] + 1);
             }
         }
-        self.state(minima, density)
+        self.changed(state, minima, density)
     }
 
-    /// Candidate moves of face `f`. On a face that is not mapped only the edges closest to the worst point are
-    /// candidates.
-    fn candidate_moves(&self, state: &State, f: usize) -> Vec<Move> {
-        let mut edges: Vec<usize> = self.edges(f).collect();
-        if let Some(worst) = state.faces[f].worst_point.filter(|_| !state.divisions.mapped[f]) {
+    /// Candidates of face `f`, each one or more moves. On a face that is not mapped these are the edges closest to the
+    /// worst point, and those closest to the worst points of all patches above the tolerance together.
+    fn candidate_moves(&self, state: &State, f: usize) -> Vec<Vec<Move>> {
+        let is_open = |&e: &usize| state.divisions.counts[e] < DIVISIONS_MAX;
+        let chain = |e: usize| Move::Chain(self.plan.chains()[e]);
+        let points = &state.faces[f].worst_points;
+        let mut all: Vec<Vec<Move>> = Vec::new();
+        let mut singles: BTreeSet<Move> = BTreeSet::new();
+        if let (Some(worst), false) = (points.first(), state.divisions.mapped[f]) {
             // Other edges have little effect on the error there.
-            let distance = |&e: &usize| (self.distance_to_edge(e, &worst), e);
-            let mut near: Vec<(f64, usize)> = edges.iter().map(distance).collect();
-            near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            near.truncate(CANDIDATE_EDGES_MAX);
-            edges = near.into_iter().map(|n| n.1).collect();
+            let nearest = |(p, _): &(Vec3, f64)| self.nearest_edges(f, p, 1);
+            let exceeding = |p: &&(Vec3, f64)| p.1 > self.goal.tol_mm * self.factors[f];
+            let edges = points.iter().filter(exceeding).flat_map(nearest).filter(is_open);
+            let together: BTreeSet<Move> = edges.map(chain).collect();
+            if together.len() <= CANDIDATE_EDGES_MAX {
+                let near = self.nearest_edges(f, &worst.0, CANDIDATE_EDGES_MAX);
+                singles.extend(near.into_iter().filter(is_open).map(chain));
+            }
+            if together.len() > 1 {
+                all.push(together.into_iter().collect());
+            }
+        } else {
+            singles.extend(self.edges(f).filter(is_open).map(chain));
         }
-        let mut all: BTreeSet<Move> = edges
-            .into_iter()
-            .filter(|&e| state.divisions.counts[e] < DIVISIONS_MAX)
-            .map(|e| Move::Chain(self.plan.chains()[e]))
-            .collect();
-        if self.divides_inside(state, f) && state.density[f] < DIVISIONS_MAX {
-            all.insert(Move::Inside(f));
+        if self.divides_inside(state, f) && self.denser(state, f).is_some() {
+            singles.insert(Move::Inside(f));
         }
-        all.into_iter().collect()
+        all.extend(singles.into_iter().map(|m| vec![m]));
+        all
+    }
+
+    /// The `count` edges of face `f` closest to a point.
+    fn nearest_edges(&self, f: usize, place: &Vec3, count: usize) -> Vec<usize> {
+        let distance = |e: usize| (self.distance_to_edge(e, place), e);
+        let mut near: Vec<(f64, usize)> = self.edges(f).map(distance).collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        near.dedup_by_key(|n| n.1);
+        near.into_iter().take(count).map(|n| n.1).collect()
     }
 
     /// Distance of a point from an edge [mm].
@@ -260,6 +372,12 @@ impl Search<'_> {
         self.plan.model().faces[f].loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge)
     }
 
+    /// The next density inside face `f` that changes its mesh: the smallest of those growing by half. A surface of little
+    /// curvature has no interior nodes at small densities, and a flat none at any.
+    fn denser(&self, state: &State, f: usize) -> Option<usize> {
+        self.evaluator.denser(f, &state.divisions, state.density[f], DIVISIONS_MAX)
+    }
+
     /// Applies a move for face `f`: one more division, or more when its error is far above the tolerance.
     fn raise(&self, state: &State, f: usize, m: Move, minima: &mut [usize], density: &mut [usize]) {
         // The error decreases at best with the fourth power of the divisions. Half of that increase is made.
@@ -270,16 +388,19 @@ impl Search<'_> {
             if excess > 4.0 { n + ((n as f64 * increase) as usize).max(1) } else { n + 1 }
         };
         match m {
-            Move::Chain(c) => minima[c] = raised(state.divisions.counts[c]),
-            Move::Inside(f) => density[f] = raised(density[f]),
+            Move::Chain(c) => minima[c] = minima[c].max(raised(state.divisions.counts[c])),
+            Move::Inside(f) => {
+                let denser = self.denser(state, f).unwrap_or(state.density[f]);
+                density[f] = density[f].max(denser).max(raised(state.density[f]));
+            }
         }
     }
 
-    /// Gain of a move: reduction of the logarithm of the error of face `f` per added patch. Instead of that reduction,
+    /// Gain of some moves: reduction of the logarithm of the error of face `f` per added patch. Instead of that reduction,
     /// 1 counts for the first valid patches.
-    fn gain(&self, state: &State, f: usize, m: Move) -> f64 {
+    fn gain(&self, state: &State, f: usize, moves: &[Move]) -> f64 {
         let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
-        self.raise(state, f, m, &mut minima, &mut density);
+        moves.iter().for_each(|&m| self.raise(state, f, m, &mut minima, &mut density));
         let divisions = self.plan.agree(&minima);
         let after = self.evaluator.evaluate(f, &divisions, density[f]);
         let before = state.error_ratios[f];

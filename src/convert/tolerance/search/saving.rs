@@ -1,6 +1,7 @@
 //! Reduction of patches: divisions are lowered and exchanged while every face stays within its tolerance.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -22,15 +23,23 @@ impl Search<'_> {
     }
 
     /// Lowers divisions while every face stays within its tolerance, those with the largest estimated saving first.
-    pub(super) fn prune(&self, mut state: State) -> State {
+    pub(super) fn prune(&self, state: State) -> State {
+        self.prune_where(state, |_| true)
+    }
+
+    /// As [`Self::prune`], by the moves that `allows`.
+    fn prune_where(&self, mut state: State, allows: impl Fn(&Move) -> bool) -> State {
         loop {
             let mut any = false;
-            for m in self.lowering_moves(&state) {
+            for m in self.lowering_moves(&state).into_iter().filter(&allows) {
                 if !self.evaluator.budget().allows_saving() {
                     return state;
                 }
-                let Some(lower) = self.lower(&state, m) else { continue };
-                if self.is_within_goal(&lower) && lower.patches() < state.patches() {
+                let Some((minima, density)) = self.lower(&state, m) else { continue };
+                let Some(lower) = self.changed_within_goal(&state, minima, density) else {
+                    continue;
+                };
+                if lower.patches() < state.patches() {
                     state = lower;
                     any = true;
                 }
@@ -60,8 +69,9 @@ impl Search<'_> {
         order.into_iter().map(|(m, _)| m).collect()
     }
 
-    /// The state with one division less of a chain, or a quarter less inside a face. `None` at the minimum.
-    fn lower(&self, state: &State, m: Move) -> Option<State> {
+    /// Minimum divisions and densities with one division less of a chain, or a quarter less inside a face. `None` at the
+    /// minimum.
+    fn lower(&self, state: &State, m: Move) -> Option<(Vec<usize>, Vec<usize>)> {
         let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
         match m {
             Move::Chain(c) => {
@@ -75,7 +85,7 @@ impl Search<'_> {
             Move::Inside(f) => density[f] = (density[f] * 3 / 4).max(1),
         }
         let fresh = minima != state.minima || density != state.density;
-        fresh.then(|| self.state(minima, density))
+        fresh.then_some((minima, density))
     }
 
     /// Lowers one chain or interior, keeps it and raises others instead; returns the first result with fewer patches.
@@ -86,13 +96,31 @@ impl Search<'_> {
             if *tried > EXCHANGES_MAX {
                 return None;
             }
-            let Some(lower) = self.lower(state, m) else { continue };
-            let grown = self.prune(self.grow_without(lower, m)?);
-            if self.is_within_goal(&grown) && grown.patches() < state.patches() {
+            let Some((minima, density)) = self.lower(state, m) else { continue };
+            let lower = self.changed(state, minima, density);
+            let grown = self.grow_without(lower, m)?;
+            if !self.is_within_goal(&grown) {
+                continue;
+            }
+            // The state had nothing to lower: only moves of faces that changed are tried.
+            let near = self.moves_of_changed_faces(state, &grown);
+            let grown = self.prune_where(grown, |m| near.contains(m));
+            if grown.patches() < state.patches() {
                 return Some(grown);
             }
         }
         None
+    }
+
+    /// Moves of the faces whose results differ between two states.
+    fn moves_of_changed_faces(&self, before: &State, after: &State) -> BTreeSet<Move> {
+        let pairs = before.faces.iter().zip(&after.faces).enumerate();
+        let changed = pairs.filter(|(_, (a, b))| !Arc::ptr_eq(a, b)).map(|(f, _)| f);
+        let moves = |f: usize| {
+            let chains = self.edges(f).map(|e| Move::Chain(self.plan.chains()[e]));
+            chains.chain([Move::Inside(f)])
+        };
+        changed.flat_map(moves).collect()
     }
 
     /// Raises divisions as [`Search::grow`] does, except those of `fixed`. The result may be above the tolerance.
@@ -107,17 +135,19 @@ impl Search<'_> {
             {
                 break;
             }
-            let mut moves = self.border_moves(&state, worst);
+            let border_moves = self.border_moves(&state, worst).into_iter().map(|m| vec![m]);
+            let mut moves: Vec<Vec<Move>> = border_moves.collect();
             if moves.is_empty() {
                 moves = self.candidate_moves(&state, worst);
             }
-            moves.retain(|m| *m != fixed);
-            let gains: Vec<f64> = moves.par_iter().map(|m| self.gain(&state, worst, *m)).collect();
+            moves.retain(|m| !m.contains(&fixed));
+            let gains: Vec<f64> = moves.par_iter().map(|m| self.gain(&state, worst, m)).collect();
             let best = gains.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
             let Some((k, _)) = best.filter(|b| *b.1 > 0.0) else { break };
             let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
-            self.raise(&state, worst, moves[k], &mut minima, &mut density);
-            state = self.state(minima, density);
+            let raise = |&m: &Move| self.raise(&state, worst, m, &mut minima, &mut density);
+            moves[k].iter().for_each(raise);
+            state = self.changed(&state, minima, density);
         }
         Some(state)
     }

@@ -4,15 +4,16 @@ mod flats;
 mod rules;
 mod size;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
 use super::border::{Border, Cuts, every_other, halfway, joined};
-use super::divisions::{Rule, assign};
+use super::divisions::PreparedRules;
 use super::edge_tangents::EdgeTangents;
 use super::options::{MappedOptions, MeshStyle};
 use super::patchwork::{Node, Patchwork};
+use super::sample::Lengths;
 use super::sides::Shape;
 use super::{demand, pairing, regions, sides, trimmed};
 use crate::cad::Model;
@@ -40,6 +41,8 @@ pub(super) struct Mesher<'m> {
     /// Whether a face has zero area, evaluated for faces that cannot be meshed.
     tiny: Vec<OnceLock<bool>>,
     lengths: Vec<f64>,
+    /// Edges with their lengths measured, on first use.
+    measured: Arc<Vec<OnceLock<Lengths>>>,
     /// Edges along which patch sides deviate from their chords within the adjacent faces.
     pub(super) curved: Vec<bool>,
     pub(super) minima: Vec<usize>,
@@ -82,6 +85,7 @@ impl<'m> Mesher<'m> {
             flats,
             tiny: vec![OnceLock::new(); model.faces.len()],
             lengths,
+            measured: Arc::new(vec![OnceLock::new(); model.edges.len()]),
             curved,
             minima,
             floors,
@@ -93,7 +97,7 @@ impl<'m> Mesher<'m> {
 
     pub(super) fn run(mut self) -> Result<SurfaceMesh, MeshError> {
         let mut failed = Vec::new();
-        let (rules, owners) = self.rules();
+        let (rules, owners) = self.prepared_rules();
         let (mut failures, mut sizings) = (0, 0);
         while failures < BOUNDARY_ROUNDS_MAX {
             let (counts, mapped) = self.agree(&self.minima, &rules, &owners);
@@ -143,7 +147,8 @@ impl<'m> Mesher<'m> {
 
     /// Divisions of edges by count.
     pub(super) fn cuts<'a>(&'a self, counts: &'a [usize]) -> Cuts<'a> {
-        Cuts { counts, curved: &self.curved, by_turn: self.options.by_turn }
+        let (curved, measured) = (&self.curved[..], &self.measured[..]);
+        Cuts { counts, curved, by_turn: self.options.by_turn, measured }
     }
 
     /// Requests a finer boundary of face `f`.
@@ -160,16 +165,22 @@ impl<'m> Mesher<'m> {
         }
     }
 
+    /// Rules of the mapped faces, and the face of each.
+    pub(super) fn prepared_rules(&self) -> (PreparedRules, Vec<usize>) {
+        let (rules, owners) = self.rules();
+        (PreparedRules::new(&self.lengths, &rules), owners)
+    }
+
     /// Counts of all edges that satisfy the rules, and the faces that can then be mapped.
     pub(super) fn agree(
         &self,
         minima: &[usize],
-        rules: &[Rule],
+        rules: &PreparedRules,
         owners: &[usize],
     ) -> (Vec<usize>, Vec<bool>) {
         let half = || minima.iter().zip(&self.floors).map(|(n, &low)| n.div_ceil(2).max(low));
         let minima = if self.halved { half().collect() } else { minima.to_vec() };
-        let agreed = assign(&minima, &self.lengths, rules);
+        let agreed = rules.assign(&minima);
         let factor = if self.halved { 2 } else { 1 };
         let counts = agreed.counts.iter().map(|n| n * factor).collect();
         (counts, self.mapped_faces(&agreed, owners))

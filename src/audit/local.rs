@@ -1,0 +1,82 @@
+//! The trimmed CAD as reference near a known point: the fast query of a search that evaluates many patches.
+
+use super::reference::{CadReference, ReferenceFoot, ReferenceSurface};
+use crate::geometry::{Vec2, Vec3};
+
+/// The trimmed CAD, where a foot point inside the patch's own face is not compared with other faces. The error differs
+/// from that of [`CadReference`] only where another face is closer, as beside a concave crease.
+pub(crate) struct LocalReference<'r, 'm>(pub(crate) &'r CadReference<'m>);
+
+impl ReferenceSurface for LocalReference<'_, '_> {
+    fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot> {
+        self.0.closest(p, face)
+    }
+
+    fn closest_from(
+        &self,
+        p: &Vec3,
+        face: u32,
+        start: Option<Vec2>,
+    ) -> Option<(ReferenceFoot, Option<Vec2>)> {
+        let local = start.and_then(|start| self.0.foot_inside(p, face, start));
+        match local {
+            Some(found) => Some((found.foot, Some(found.uv))),
+            None => self.0.closest_from(p, face, None),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// Points 0.03 mm off the faces of a die, with starts beside their foot points: the local query and the query of the
+    /// whole model from a start find what the whole model has.
+    #[test]
+    fn a_query_from_a_start_finds_the_closest_point_of_the_whole_model() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming/cross_die_144.igs");
+        let (model, _) = crate::cad::read(&path).unwrap();
+        let reference = CadReference::new(&model);
+        let (mut compared, mut inside) = (0, 0);
+        for (f, face) in model.faces.iter().enumerate() {
+            let [u, v] = face.surface.domain();
+            let at = |a: f64, b: f64| Vec2::new(u[0] + (u[1] - u[0]) * a, v[0] + (v[1] - v[0]) * b);
+            for (i, j) in (1..8).flat_map(|i| (1..8).map(move |j| (f64::from(i), f64::from(j)))) {
+                let uv = at(i / 8.0, j / 8.0);
+                let p = face.surface.point(uv) + face.normal(uv).unwrap() * 0.03;
+                let start = Some(at((i + 0.3) / 8.5, (j - 0.2) / 8.5));
+                let cold = reference.closest(&p, f as u32).unwrap();
+                let warm = reference.closest_from(&p, f as u32, start).unwrap().0;
+                let local = LocalReference(&reference).closest_from(&p, f as u32, start).unwrap().0;
+                let same = |foot: &ReferenceFoot| {
+                    (foot.point - cold.point).norm() < 1e-9
+                        && (foot.normal - cold.normal).norm() < 1e-6
+                };
+                assert!(same(&warm), "face {f} at {uv:?}: {warm:?} {cold:?}");
+                compared += 1;
+                if reference.foot_inside(&p, f as u32, uv).is_some() && cold.face == f as u32 {
+                    inside += 1;
+                    assert!(same(&local), "face {f} at {uv:?}: {local:?} {cold:?}");
+                }
+            }
+        }
+        assert!(compared > 500 && inside > 300, "{inside} of {compared} inside their faces");
+    }
+
+    #[test]
+    fn a_point_beyond_the_border_of_its_face_has_no_foot_point_inside() {
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming/cross_holder_144.igs");
+        let (model, _) = crate::cad::read(&path).unwrap();
+        let reference = CadReference::new(&model);
+        let size = model.bbox();
+        let beyond = size.max + Vec3::new(5.0, 0.0, 0.0);
+        let [u, v] = model.faces[0].surface.domain();
+        assert!(reference.foot_inside(&beyond, 0, Vec2::new(u[1], v[1])).is_none());
+        let (foot, _) = LocalReference(&reference)
+            .closest_from(&beyond, 0, Some(Vec2::new(u[1], v[1])))
+            .unwrap();
+        assert!(foot.on_border && (foot.point - beyond).norm() >= 5.0 - 1e-9, "{foot:?}");
+    }
+}

@@ -5,6 +5,8 @@
 
 mod analytic;
 mod area;
+pub mod attributes;
+mod bodies;
 mod bounds;
 pub mod build;
 mod build_diagnostics;

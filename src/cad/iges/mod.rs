@@ -2,11 +2,12 @@
 //!
 //! Layers, from the file upwards: [`cards`] (columns and sections) -> [`global`] -> [`directory`] -> [`token`] and
 //! [`params`] -> one file per group of entities ([`curves`], [`surface`], ..., [`trimming`], [`brep`]) -> [`structure`]
-//! (displayed entities and their placement).
+//! (displayed entities and their placement). [`attributes`] has their names, levels and colours.
 
 #![forbid(unsafe_code)]
 
 mod analytic;
+mod attributes;
 mod brep;
 mod cards;
 mod conic;
@@ -14,8 +15,10 @@ mod curves;
 mod directory;
 mod edges;
 mod file;
+mod found;
 mod global;
 pub(in crate::cad) mod join;
+mod marks;
 mod names;
 mod offset;
 mod ownership;
@@ -76,6 +79,7 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
         resolution_mm: file.global.resolution * unit_mm / file.global.scale,
         entities,
         faces: found.faces,
+        bodies: found.bodies,
         lost: found.lost,
         loose_curves: found.loose_curves,
         diagnostics,

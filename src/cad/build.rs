@@ -370,7 +370,7 @@ fn trims_of(loops: &[Vec<Side>], surface: &Surface, tolerance: f64) -> (Vec<Trim
 }
 
 /// True when the image of a side lies within `tolerance` [mm] of its first point.
-fn is_point(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> bool {
+pub(super) fn is_point(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> bool {
     let [a, b] = pcurve.domain();
     let at = |k: u32| surface.point(pcurve.point(a + (b - a) * f64::from(k) / 16.0));
     let first: Vec3 = at(0);

@@ -18,6 +18,7 @@ mod file;
 mod found;
 mod global;
 pub(in crate::cad) mod join;
+mod loose;
 mod marks;
 mod names;
 mod offset;
@@ -41,6 +42,7 @@ use self::file::{Fault, File};
 use self::reader::Reader;
 use super::raw::RawModel;
 use super::{CadError, Diagnostic, Severity};
+use crate::geometry::nurbs::Curve3;
 
 /// Parses the bytes of an IGES file; `name` is used in messages. Lengths of the result are in mm, angles in rad.
 ///
@@ -85,6 +87,19 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
         diagnostics,
         bytes: bytes.len(),
     })
+}
+
+/// Reads the displayed curves of an IGES file that no other entity uses [mm]; composites give their segments.
+///
+/// # Errors
+/// [`CadError::Invalid`] as for [`read_bytes`], and for a curve that cannot be read.
+pub fn read_curves(bytes: &[u8], name: &str) -> Result<Vec<Curve3>, CadError> {
+    let file = File::open(bytes);
+    if file.len() == 0 {
+        return Err(no_directory(&file, name));
+    }
+    let scale = file.global.unit_mm / file.global.scale;
+    Reader::new(&file).loose_curves(scale).map_err(|fault| invalid(name, fault))
 }
 
 fn invalid(name: &str, fault: Fault) -> CadError {

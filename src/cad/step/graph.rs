@@ -129,7 +129,7 @@ fn tally<'t>(count: &mut (usize, Option<Entity<'t>>), item: Entity<'t>) {
 }
 
 /// Shape representations, and all representations named by a shape definition.
-fn representations<'t>(resolver: &Resolver<'t>) -> Vec<Entity<'t>> {
+pub fn representations<'t>(resolver: &Resolver<'t>) -> Vec<Entity<'t>> {
     let defined: FxHashSet<u32> = resolver
         .entities()
         .filter(|e| e.kind() == "SHAPE_DEFINITION_REPRESENTATION")

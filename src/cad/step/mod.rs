@@ -19,6 +19,7 @@ mod graph;
 mod habits;
 mod items;
 mod lexer;
+mod loose;
 mod names;
 mod place;
 mod resolver;
@@ -30,6 +31,8 @@ mod tests;
 mod units;
 
 use rustc_hash::FxHashMap;
+
+pub use self::loose::read_curves;
 
 use self::resolver::Resolver;
 use self::table::{Table, parse};

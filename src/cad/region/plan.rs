@@ -5,8 +5,10 @@ use super::error::RegionError;
 use crate::geometry::nurbs::{Curve2, Curve3};
 use crate::geometry::{Aabb, Vec2, Vec3};
 
-/// Samples of a curve at most; a curve has 16 for each span.
-const SAMPLES_MAX: usize = 20_000;
+/// Spans of a curve at most.
+const SPANS_MAX: usize = 5_000;
+/// Samples that share a box in the search for the closest one.
+const CHUNK: usize = 32;
 /// Pairs of segments compared for crossings of a curve with itself.
 const CROSSINGS_COMPARED_MAX: usize = 4_000_000;
 /// Samples between the ends of a span of a curve that is no line.
@@ -39,6 +41,8 @@ pub struct PlanCurve {
     pieces: Vec<Curve2>,
     /// Points in order; the segment from each to the next belongs to its piece.
     samples: Vec<Sample>,
+    /// Boxes around runs of [`CHUNK`] segments.
+    boxes: Vec<[Vec2; 2]>,
 }
 
 impl PlanCurve {
@@ -82,15 +86,16 @@ impl PlanCurve {
     /// [`RegionError::Curve`] when the curve is open, has no area, or crosses itself.
     pub fn of_pieces(mut pieces: Vec<Curve2>) -> Result<Self, RegionError> {
         let spans = |c: &Curve2| c.knots().windows(2).filter(|w| w[0] < w[1]).count();
-        let all: usize = pieces.iter().map(|c| SAMPLES_PER_SPAN * spans(c)).sum();
-        if all > SAMPLES_PER_SPAN * SAMPLES_MAX || pieces.is_empty() {
+        let all: usize = pieces.iter().map(spans).sum();
+        if all > SPANS_MAX || pieces.is_empty() {
             return Err(RegionError::curve(format!("a curve of {} pieces", pieces.len())));
         }
         let finite = |c: &Curve2| c.points().iter().all(|p| p.x.abs() < 1e12 && p.y.abs() < 1e12);
         if !pieces.iter().all(finite) {
             return Err(RegionError::curve("a coordinate that is not finite"));
         }
-        let mut curve = Self { samples: samples_of(&pieces), pieces: Vec::new() };
+        let samples = samples_of(&pieces);
+        let mut curve = Self { samples, pieces: Vec::new(), boxes: Vec::new() };
         if curve.doubled_area() < 0.0 {
             pieces.reverse();
             pieces.iter_mut().for_each(|c| *c = c.reversed());
@@ -101,6 +106,7 @@ impl PlanCurve {
             curve.samples = samples_of(&pieces);
         }
         curve.pieces = pieces;
+        curve.boxes = boxes_of(&curve.samples);
         curve.check()?;
         Ok(curve)
     }
@@ -126,6 +132,9 @@ impl PlanCurve {
     }
 
     fn check(&self) -> Result<(), RegionError> {
+        if self.pieces.len() < PIECES_MIN || self.samples.is_empty() {
+            return Err(RegionError::curve("a curve of no length"));
+        }
         let size = self.bounds().diagonal();
         for (k, piece) in self.pieces.iter().enumerate() {
             let next = &self.pieces[(k + 1) % self.pieces.len()];
@@ -145,8 +154,8 @@ impl PlanCurve {
             (0..n).map(|k| Aabb::of_points(&[at(k).push(0.0), at(k + 1).push(0.0)])).collect();
         let tree = crate::geometry::box_tree::BoxTree::build(&boxes);
         let (mut compared, mut crossing) = (0, None);
-        for k in 0..n {
-            tree.overlapping(&boxes[k], |other| {
+        for (k, bounds) in boxes.iter().enumerate() {
+            tree.overlapping(bounds, |other| {
                 let j = other as usize;
                 let adjacent = j == k || (j + 1) % n == k || (k + 1) % n == j;
                 compared += 1;
@@ -176,8 +185,17 @@ impl PlanCurve {
             let t = ((p - a).dot(&d) / d.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
             (a + d * t - p).norm_squared()
         };
-        let nearest = (0..n).map(|k| (distance(k), k)).min_by(|a, b| a.0.total_cmp(&b.0));
-        let piece = nearest.map_or(0, |(_, k)| self.samples[k].piece);
+        let mut nearest = (f64::INFINITY, 0);
+        for (chunk, [low, high]) in self.boxes.iter().enumerate() {
+            let off = (low - p).sup(&(p - high)).sup(&Vec2::zeros());
+            if off.norm_squared() < nearest.0 {
+                for k in chunk * CHUNK..n.min((chunk + 1) * CHUNK) {
+                    let found = distance(k);
+                    nearest = if found < nearest.0 { (found, k) } else { nearest };
+                }
+            }
+        }
+        let piece = self.samples[nearest.1].piece;
         let count = self.pieces.len();
         let around = [piece, (piece + 1) % count, (piece + count - 1) % count];
         let mut best = (f64::INFINITY, piece, 0.0);
@@ -236,6 +254,17 @@ fn samples_of(pieces: &[Curve2]) -> Vec<Sample> {
         }
     }
     out
+}
+
+/// Boxes around runs of segments.
+fn boxes_of(samples: &[Sample]) -> Vec<[Vec2; 2]> {
+    let n = samples.len();
+    let of = |chunk: usize| {
+        let points = (chunk * CHUNK..=n.min((chunk + 1) * CHUNK)).map(|k| samples[k % n].point);
+        let none = [Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY)];
+        points.fold(none, |[low, high], p| [low.inf(&p), high.sup(&p)])
+    };
+    (0..n.div_ceil(CHUNK)).map(of).collect()
 }
 
 /// True when two segments cross.

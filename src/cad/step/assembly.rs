@@ -210,7 +210,7 @@ impl<'r, 't, 'm> Placer<'r, 't, 'm> {
         if !self.seen.insert((instance, format!("item {}", item.entity))) {
             return;
         }
-        let bodies: Vec<usize> = item.bodies.iter().map(|b| self.body(b, occurrence)).collect();
+        let mut bodies: FxHashMap<usize, usize> = FxHashMap::default();
         for face in &item.faces {
             let key = (instance, face.source.clone());
             let again = self.in_shells.contains(&key) || self.seen.contains(&key);
@@ -222,7 +222,11 @@ impl<'r, 't, 'm> Placer<'r, 't, 'm> {
                 Some(mut placed) => {
                     self.number(&mut placed, instance);
                     let attributes = Arc::make_mut(&mut placed.attributes);
-                    attributes.body = bodies.get(attributes.body).copied().unwrap_or(usize::MAX);
+                    let own = attributes.body;
+                    if let Some(body) = item.bodies.get(own) {
+                        let number = bodies.entry(own);
+                        attributes.body = *number.or_insert_with(|| self.body(body, occurrence));
+                    }
                     attributes.inherit(&occurrence.style);
                     self.model.faces.push(placed);
                 }
@@ -247,7 +251,7 @@ impl<'r, 't, 'm> Placer<'r, 't, 'm> {
             (fresh, source.clone())
         };
         if number == fresh {
-            let path = path_below(&occurrence.path, &[name.clone()]);
+            let path = path_below(&occurrence.path, std::slice::from_ref(name));
             self.model.bodies.push(Body { path, kind: *kind, source });
         }
         number

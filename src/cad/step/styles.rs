@@ -77,7 +77,7 @@ impl Styles {
 /// Puts the items of list `k` on a layer. An item may be a styled one.
 fn add_layer(e: Entity, layer: Option<Name>, k: usize, layers: &mut FxHashMap<u32, Vec<Name>>) {
     let Some(layer) = layer else { return };
-    for item in references(e.table, e.attributes().get(k)) {
+    for item in references(e.table, e.attributes().get(k), usize::MAX) {
         let styled = item.kind().ends_with("STYLED_ITEM");
         let on = if styled { item.attributes().entity(2).ok() } else { Some(item) };
         let names = on.map(|on| layers.entry(on.index).or_default());
@@ -87,15 +87,15 @@ fn add_layer(e: Entity, layer: Option<Name>, k: usize, layers: &mut FxHashMap<u3
     }
 }
 
-/// The instances that a value refers to, also in nested lists.
-fn references<'t>(table: &'t Table<'t>, value: Value<'t>) -> Vec<Entity<'t>> {
+/// The instances that a value refers to, also in nested lists, of which the first `most` items are read.
+fn references<'t>(table: &'t Table<'t>, value: Value<'t>, most: usize) -> Vec<Entity<'t>> {
     let (mut found, mut open) = (Vec::new(), vec![value]);
     while let Some(value) = open.pop() {
         match value {
             Value::Reference(id) => {
                 found.extend(table.find(id).map(|index| Entity { table, index }));
             }
-            Value::List(span) => open.extend(table.values(span).iter().rev()),
+            Value::List(span) => open.extend(table.values(span).iter().take(most).rev()),
             _ => {}
         }
     }
@@ -104,7 +104,7 @@ fn references<'t>(table: &'t Table<'t>, value: Value<'t>) -> Vec<Entity<'t>> {
 
 /// The first colour below the styles of a surface.
 fn colour_below<'t>(e: Entity<'t>, styles: Value<'t>) -> Option<[u8; 3]> {
-    let mut open = references(e.table, styles);
+    let mut open = references(e.table, styles, STYLE_ENTITIES_MAX);
     open.reverse();
     for _ in 0..STYLE_ENTITIES_MAX {
         let next = open.pop()?;
@@ -114,7 +114,8 @@ fn colour_below<'t>(e: Entity<'t>, styles: Value<'t>) -> Option<[u8; 3]> {
         if OF_SURFACE.contains(&next.kind()) {
             let a = next.attributes();
             let below = (0..a.len().min(STYLE_ENTITIES_MAX)).rev();
-            open.extend(below.flat_map(|k| references(e.table, a.get(k))));
+            let values = below.map(|k| a.get(k));
+            open.extend(values.flat_map(|v| references(e.table, v, STYLE_ENTITIES_MAX)));
         }
     }
     None

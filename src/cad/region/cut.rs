@@ -250,7 +250,7 @@ impl Cut<'_> {
         let mut paths = Vec::new();
         for &k in &within {
             let near = self.curve.near(self.point(end(k)).xy());
-            let node = Node { uv: end(k), piece: near.piece, t: near.t };
+            let node = Node { uv: end(k), piece: near.piece, t: near.t, kink: false };
             let (nodes, reached) = tracer.trace(node, &entries, false)?;
             let End::At(entry) = reached else { return Err("a cut that does not end".into()) };
             let to = within[entry];
@@ -297,13 +297,7 @@ impl Cut<'_> {
     ) -> Result<(), String> {
         for seed in self.seeds(tracer, grid) {
             let passes = |nodes: &Vec<Node>| {
-                nodes.windows(2).any(|w| {
-                    let d = w[1].uv - w[0].uv;
-                    let s = d.dot(&(seed.uv - w[0].uv)) / d.norm_squared().max(f64::MIN_POSITIVE);
-                    let foot = w[0].uv + d * s.clamp(0.0, 1.0);
-                    let length = tracer.distance(w[0].uv, w[1].uv);
-                    tracer.distance(foot, seed.uv) <= 0.1 * length + 8.0 * self.tolerance
-                })
+                nodes.windows(2).any(|w| tracer.is_on_step(w[0].uv, w[1].uv, seed.uv))
             };
             if paths.iter().any(passes) {
                 continue;
@@ -352,17 +346,17 @@ impl Cut<'_> {
         [uv, uv + du, uv - du, uv + dv, uv - dv].iter().all(|p| tracer.region.contains(*p))
     }
 
-    /// Checks that points of the grid lie in parts of their side.
+    /// Checks that each point of the grid lies in one part of its side.
     fn verify(&self, grid: &[(Vec2, f64)], faces: &[Loops], inside: bool) -> Result<(), String> {
         let regions: Vec<TrimRegion> =
             faces.iter().map(|loops| region_of(self.face, loops)).collect();
         let slack = 4.0 * self.tolerance;
         for (uv, signed) in grid.iter().filter(|(_, signed)| signed.abs() > slack) {
-            let held = regions.iter().any(|r| r.contains(*uv));
-            if held != ((*signed > 0.0) == inside) {
+            let held = regions.iter().filter(|r| r.contains(*uv)).count();
+            if held != usize::from((*signed > 0.0) == inside) {
                 let p = self.point(*uv);
                 return Err(format!(
-                    "the parts do not cover it near ({:.3}, {:.3}, {:.3}) mm: the curve enters it in a way that is not found",
+                    "the parts do not cover it once near ({:.3}, {:.3}, {:.3}) mm: the curve enters it in a way that is not found",
                     p.x, p.y, p.z
                 ));
             }

@@ -131,6 +131,42 @@ fn dies_are_cut_across_their_radii() {
 }
 
 #[test]
+fn closed_cuts_beside_the_axis_of_a_cone_are_found_once() {
+    let model = fixture("forming/frustum_144.igs");
+    let small = PlanCurve::polygon(&[[-20.0, 12.0], [-22.0, 14.0], [-24.0, 10.0]]).unwrap();
+    // A wall of radius 30 to 15 over 20 mm, and the floor.
+    near(areas(&model, &small)[0], 6.0 + 6.0 * 25.0 / 15.0);
+    let large =
+        PlanCurve::polygon(&[[-16.0, 21.0], [-24.0, 16.0], [-24.0, 9.0], [-15.0, 3.0]]).unwrap();
+    areas(&model, &large);
+}
+
+#[test]
+fn cuts_pass_creases_of_a_surface() {
+    // A roof: bilinear on both sides of its ridge x = 0.
+    let points = [[-10.0, 0.0], [0.0, 6.0], [10.0, 0.0]]
+        .map(|[x, z]| [-8.0, 8.0].map(|y| Vec3::new(x, y, z)));
+    let knots = [vec![0.0, 0.0, 0.5, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+    let surface =
+        crate::geometry::nurbs::Surface::try_new([1, 1], knots, points.concat(), None).unwrap();
+    let surface = RawSurface::Nurbs(surface);
+    let face = RawFace {
+        surface,
+        loops: vec![],
+        flipped: false,
+        source: "roof".into(),
+        shell: None,
+        attributes: Default::default(),
+    };
+    let (model, _) = build(RawModel { faces: vec![face], ..RawModel::default() }, "roof");
+    let slope = (1.0f64 + 0.36).sqrt();
+    near(areas(&model, &rectangle([-3.0, -2.0], [5.0, 4.0]))[0], 48.0 * slope);
+    let triangle = PlanCurve::polygon(&[[-6.0, -20.0], [7.0, 0.0], [-6.0, 5.0]]).unwrap();
+    let [inside, _] = areas(&model, &triangle);
+    assert!(inside > 30.0 * slope, "{inside}");
+}
+
+#[test]
 fn a_torus_and_a_cylinder_are_cut_off_their_axes() {
     let ring =
         RawSurface::Torus { frame: Frame::world(), major: 10.0, minor: 3.0, keep_outer: None };

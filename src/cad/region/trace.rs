@@ -36,6 +36,8 @@ pub(super) struct Node {
     pub uv: Vec2,
     pub piece: usize,
     pub t: f64,
+    /// The curve has a kink there: a crease of the surface.
+    pub kink: bool,
 }
 
 /// Where a curve ends.
@@ -52,6 +54,18 @@ struct Track {
     at: Vec<f64>,
     /// The parameters are those of the plan curve, with its sign of direction.
     by_t: bool,
+}
+
+impl Track {
+    /// Parameters between which the curve is smooth in its parameter.
+    fn breaks(&self) -> Vec<f64> {
+        if !self.by_t {
+            return self.at.clone();
+        }
+        let last = self.at.len() - 1;
+        let is_break = |k: &usize| *k == 0 || *k == last || self.nodes[*k].kink;
+        (0..=last).filter(is_break).map(|k| self.at[k]).collect()
+    }
 }
 
 /// Follows curves on one face.
@@ -146,7 +160,7 @@ impl Tracer<'_> {
 
     /// The point of the surface above C(t) near `uv`, if the surface has one there.
     pub(super) fn above(&self, uv: Vec2, piece: usize, t: f64) -> Option<Node> {
-        self.corrected(Node { uv, piece, t }, true)
+        self.corrected(Node { uv, piece, t, kink: false }, true)
     }
 
     /// Follows the curve from `start` to one of `ends` (points in the parameter plane), or back to its beginning when
@@ -200,7 +214,8 @@ impl Tracer<'_> {
         let mut h = step;
         while h > 1e-3 * self.tolerance.min(step) {
             let by = change * h;
-            let guess = Node { uv: here.uv + by.xy(), piece: here.piece, t: here.t + by.z };
+            let (uv, t) = (here.uv + by.xy(), here.t + by.z);
+            let guess = Node { uv, t, kink: false, ..here };
             let found = self.corrected(guess, false).and_then(|node| {
                 let beyond = node.t < low || node.t > high;
                 if !beyond {
@@ -210,14 +225,16 @@ impl Tracer<'_> {
                 let t = node.t.clamp(low, high);
                 let fraction = ((t - here.t) / (node.t - here.t)).clamp(0.0, 1.0);
                 let uv = here.uv + (node.uv - here.uv) * fraction;
-                self.corrected(Node { uv, piece: here.piece, t }, true)
+                self.corrected(Node { uv, t, kink: false, ..here }, true)
             });
             let turn = found.as_ref().and_then(|node| Some(self.direction(node)?.1.dot(&along)));
+            // A kink remains however short the step is.
+            let kink = turn.is_some_and(|turn| turn < TURN_COSINE_MIN);
             if let (Some(node), Some(turn)) = (found, turn)
-                && turn >= TURN_COSINE_MIN
+                && (!kink || h <= self.tolerance && turn > 0.0)
                 && self.distance(here.uv, node.uv) <= 2.0 * h
             {
-                return Ok((node, (1.5 * h).min(largest)));
+                return Ok((Node { kink, ..node }, (1.5 * h).min(largest)));
             }
             h *= 0.5;
         }
@@ -237,7 +254,7 @@ impl Tracer<'_> {
         };
         let domain = self.curve.pieces()[piece].domain();
         let t = if forward.is_some_and(|dt| dt > 0.0) { domain[0] } else { domain[1] };
-        *last = Node { uv: last.uv, piece, t };
+        *last = Node { piece, t, ..*last };
     }
 
     /// Distance of two near points of the surface [mm], measured in the parameter plane.
@@ -246,20 +263,26 @@ impl Tracer<'_> {
         (d.su * (b.x - a.x)).norm() + (d.sv * (b.y - a.y)).norm()
     }
 
-    /// The end that lies on the step from `a` to `b`, the first along it.
-    fn end_within(&self, a: Vec2, b: Vec2, ends: &[Vec2], first: Option<Vec2>) -> Option<End> {
+    /// Place of `p` along the step from `a` to `b` [mm], if it lies on it.
+    fn along_step(&self, a: Vec2, b: Vec2, p: Vec2) -> Option<f64> {
         let d = self.surface.derivs(a);
         let scaled = |p: Vec2| Vec2::new((p.x - a.x) * d.su.norm(), (p.y - a.y) * d.sv.norm());
-        let to = scaled(b);
-        let length = to.norm();
-        let along = |p: Vec2| {
-            let q = scaled(p);
-            let t = q.dot(&to) / length.max(f64::MIN_POSITIVE);
-            let lateral = to.perp(&q).abs() / length.max(f64::MIN_POSITIVE);
-            let near = 4.0 * self.tolerance;
-            let on = lateral <= SAGITTA_REL * length + near && t >= -near && t <= length + near;
-            on.then_some(t)
-        };
+        let (to, q) = (scaled(b), scaled(p));
+        let length = to.norm().max(f64::MIN_POSITIVE);
+        let (t, lateral) = (q.dot(&to) / length, to.perp(&q).abs() / length);
+        let near = 4.0 * self.tolerance;
+        let on = lateral <= SAGITTA_REL * length + near && t >= -near && t <= length + near;
+        on.then_some(t)
+    }
+
+    /// Whether `p` lies on the step from `a` to `b`.
+    pub(super) fn is_on_step(&self, a: Vec2, b: Vec2, p: Vec2) -> bool {
+        self.along_step(a, b, p).is_some()
+    }
+
+    /// The end that lies on the step from `a` to `b`, the first along it.
+    fn end_within(&self, a: Vec2, b: Vec2, ends: &[Vec2], first: Option<Vec2>) -> Option<End> {
+        let along = |p: Vec2| self.along_step(a, b, p);
         let at = ends.iter().enumerate().filter_map(|(k, p)| Some((along(*p)?, End::At(k))));
         let closed = first.and_then(|p| Some((along(p)?, End::Closed)));
         at.chain(closed).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, end)| end)
@@ -295,7 +318,7 @@ impl Tracer<'_> {
         }
         let d = self.surface.derivs(nodes[nodes.len() / 2].uv);
         let speed = d.su.norm().max(d.sv.norm()).max(f64::MIN_POSITIVE);
-        let breaks = if track.by_t { vec![low, high] } else { track.at.clone() };
+        let breaks = track.breaks();
         let path =
             Curve2::fitted(|s| self.on_track(&track, s), &breaks, FIT_REL * self.tolerance / speed);
         Side { path: path.with_start(first).with_end(last), curve: None, edge_id: None }
@@ -307,7 +330,7 @@ impl Tracer<'_> {
         let piece = nodes[0].piece;
         let mut nodes = nodes.to_vec();
         if let Some(last) = nodes.last_mut().filter(|last| last.piece != piece) {
-            *last = Node { uv: last.uv, piece, t: self.piece_end(piece, last.piece) };
+            *last = Node { piece, t: self.piece_end(piece, last.piece), ..*last };
         }
         let mut lengths = vec![0.0];
         for w in nodes.windows(2) {
@@ -331,7 +354,8 @@ impl Tracer<'_> {
         let k = at.partition_point(|a| *a <= s).clamp(1, nodes.len() - 1);
         let w = ((s - at[k - 1]) / (at[k] - at[k - 1])).clamp(0.0, 1.0);
         let (a, b) = (&nodes[k - 1], &nodes[k]);
-        let guess = Node { uv: a.uv + (b.uv - a.uv) * w, piece: a.piece, t: a.t + (b.t - a.t) * w };
+        let (uv, t) = (a.uv + (b.uv - a.uv) * w, a.t + (b.t - a.t) * w);
+        let guess = Node { uv, t, ..*a };
         self.corrected(guess, *by_t).map_or(guess.uv, |node| node.uv)
     }
 

@@ -296,10 +296,7 @@ impl Cut<'_> {
         halves: &mut [Vec<Vec<Side>>; 2],
     ) -> Result<(), String> {
         for seed in self.seeds(tracer, grid) {
-            let passes = |nodes: &Vec<Node>| {
-                nodes.windows(2).any(|w| tracer.is_on_step(w[0].uv, w[1].uv, seed.uv))
-            };
-            if paths.iter().any(passes) {
+            if paths.iter().any(|nodes| tracer.passes(nodes, &seed)) {
                 continue;
             }
             let (nodes, reached) = tracer.trace(seed, &[], true)?;

@@ -182,6 +182,9 @@ impl Tracer<'_> {
             let here = nodes[nodes.len() - 1];
             let (next, taken) = self.advance(here, step, largest)?;
             step = taken;
+            if next.uv == here.uv && next.t == here.t {
+                return Err(self.leaving(next.uv));
+            }
             let first = closes.then_some(start.uv).filter(|_| nodes.len() > 3);
             if let Some(end) = self.end_within(here.uv, next.uv, ends, first) {
                 let uv = if let End::At(k) = end { ends[k] } else { start.uv };
@@ -191,16 +194,20 @@ impl Tracer<'_> {
                 return Ok((nodes, end));
             }
             if !self.region.contains(next.uv) {
-                let p = self.surface.point(next.uv);
-                return Err(format!(
-                    "the cut leaves the face near ({:.3}, {:.3}, {:.3}) mm and not at a crossing of its border",
-                    p.x, p.y, p.z
-                ));
+                return Err(self.leaving(next.uv));
             }
             nodes.push(next);
             self.pass_corner(&mut nodes);
         }
         Err(format!("the cut has more than {STEPS_MAX} steps"))
+    }
+
+    fn leaving(&self, uv: Vec2) -> String {
+        let p = self.surface.point(uv);
+        format!(
+            "the cut leaves the face near ({:.3}, {:.3}, {:.3}) mm and not at a crossing of its border",
+            p.x, p.y, p.z
+        )
     }
 
     /// The next node within `step` [mm], and the step to try next.
@@ -260,24 +267,40 @@ impl Tracer<'_> {
     /// Distance of two near points of the surface [mm], measured in the parameter plane.
     pub(super) fn distance(&self, a: Vec2, b: Vec2) -> f64 {
         let d = self.surface.derivs(a);
-        (d.su * (b.x - a.x)).norm() + (d.sv * (b.y - a.y)).norm()
+        (d.su * (b.x - a.x) + d.sv * (b.y - a.y)).norm()
     }
 
     /// Place of `p` along the step from `a` to `b` [mm], if it lies on it.
     fn along_step(&self, a: Vec2, b: Vec2, p: Vec2) -> Option<f64> {
         let d = self.surface.derivs(a);
-        let scaled = |p: Vec2| Vec2::new((p.x - a.x) * d.su.norm(), (p.y - a.y) * d.sv.norm());
-        let (to, q) = (scaled(b), scaled(p));
+        let placed = |p: Vec2| d.su * (p.x - a.x) + d.sv * (p.y - a.y);
+        let (to, q) = (placed(b), placed(p));
         let length = to.norm().max(f64::MIN_POSITIVE);
-        let (t, lateral) = (q.dot(&to) / length, to.perp(&q).abs() / length);
+        let t = q.dot(&to) / length;
+        let lateral = (q - to * (t / length)).norm();
         let near = 4.0 * self.tolerance;
         let on = lateral <= SAGITTA_REL * length + near && t >= -near && t <= length + near;
         on.then_some(t)
     }
 
-    /// Whether `p` lies on the step from `a` to `b`.
-    pub(super) fn is_on_step(&self, a: Vec2, b: Vec2, p: Vec2) -> bool {
-        self.along_step(a, b, p).is_some()
+    /// Whether a curve passes a point above the plan curve.
+    pub(super) fn passes(&self, nodes: &[Node], point: &Node) -> bool {
+        let at = self.surface.point(point.uv);
+        let on_step = |w: &[Node]| {
+            let end = if w[1].piece == w[0].piece {
+                w[1].t
+            } else {
+                self.piece_end(w[0].piece, w[1].piece)
+            };
+            let part = (point.t - w[0].t) / (end - w[0].t);
+            if w[0].piece != point.piece || !(-0.01..=1.01).contains(&part) {
+                return false;
+            }
+            let guess = w[0].uv + (w[1].uv - w[0].uv) * part;
+            let found = self.above(guess, point.piece, point.t);
+            found.is_some_and(|f| (self.surface.point(f.uv) - at).norm() <= 8.0 * self.tolerance)
+        };
+        nodes.windows(2).any(on_step)
     }
 
     /// The end that lies on the step from `a` to `b`, the first along it.

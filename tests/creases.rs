@@ -24,8 +24,14 @@ fn roof() -> RawModel {
     let u = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0];
     let v = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
     let surface = RawSurface::Nurbs(Surface::try_new([3, 2], [u, v], points, None).unwrap());
-    let face =
-        RawFace { surface, loops: vec![], flipped: false, source: "roof".into(), shell: None };
+    let face = RawFace {
+        surface,
+        loops: vec![],
+        flipped: false,
+        source: "roof".into(),
+        shell: None,
+        attributes: Default::default(),
+    };
     RawModel { faces: vec![face], ..RawModel::default() }
 }
 
@@ -116,8 +122,14 @@ fn rib() -> RawModel {
     let surface = RawSurface::Nurbs(
         Surface::try_new([1, 3], [vec![0.0, 0.0, 1.0, 1.0], v], points, None).unwrap(),
     );
-    let face =
-        RawFace { surface, loops: vec![], flipped: false, source: "rib".into(), shell: None };
+    let face = RawFace {
+        surface,
+        loops: vec![],
+        flipped: false,
+        source: "rib".into(),
+        shell: None,
+        attributes: Default::default(),
+    };
     RawModel { faces: vec![face], ..RawModel::default() }
 }
 

@@ -240,6 +240,7 @@ fn one_face(surface: Surface, sides: [Curve3; 4], source: &str) -> Model {
         flipped: false,
         source: source.into(),
         shell: None,
+        attributes: Default::default(),
     };
     let vertices = sides.iter().map(|c| c.point(0.0)).collect();
     let edges = sides.into_iter().enumerate();

@@ -235,6 +235,19 @@ impl Face {
         moments(self, relative).0.0.abs()
     }
 
+    /// Integral of the outward unit normal over the face [mm^2], with an error of about `relative` times the squared
+    /// size of the face.
+    #[must_use]
+    pub fn vector_area(&self, relative: f64) -> Vec3 {
+        let size = Aabb::of_points(self.surface.points()).diagonal();
+        let density = |d: &FirstDerivs| {
+            let normal = d.su.cross(&d.sv);
+            (normal.norm(), normal)
+        };
+        let sum = surface_integral(self, relative * size * size, &density).0.1;
+        if self.flipped { -sum } else { sum }
+    }
+
     /// Area and centroid, with an error of about `relative` times the squared size of the face.
     #[must_use]
     pub fn measured(&self, relative: f64) -> Measured {

@@ -1,10 +1,12 @@
 //! Builds the model from the entities of a file: exact B-splines, closed trimming loops, joined edges.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::analytic::Analytic;
+use super::bodies::number_bodies;
 use super::build_diagnostics::{coarse, creased, report, skipped};
 use super::creases::{self, Part};
 use super::loops::{
@@ -59,6 +61,7 @@ pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Ve
         unit: raw.unit,
         unit_mm: raw.unit_mm,
         entities: raw.entities,
+        bodies: raw.bodies,
         lost: raw.lost,
         join_tolerance: tolerance,
         ..Model::default()
@@ -84,6 +87,7 @@ pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Ve
     }
     diagnostics.extend(join(&mut model, pieces, tolerance));
     diagnostics.extend(super::orient::make_consistent(&mut model));
+    number_bodies(&mut model);
     (model, diagnostics)
 }
 
@@ -339,8 +343,9 @@ fn parts_of(
     let face = |Part { surface, loops }| {
         let (loops, pieces) = trims_of(&loops, &surface, tolerance);
         let (kind, source) = (kind_of(&raw.surface), raw.source.clone());
-        let analytic = analytic.clone();
-        (Face { surface, kind, analytic, loops, flipped, source, shell: raw.shell }, pieces)
+        let (analytic, attributes) = (analytic.clone(), Arc::clone(&raw.attributes));
+        let shell = raw.shell;
+        (Face { surface, kind, analytic, loops, flipped, source, shell, attributes }, pieces)
     };
     parts.into_iter().map(face).collect()
 }
@@ -365,7 +370,7 @@ fn trims_of(loops: &[Vec<Side>], surface: &Surface, tolerance: f64) -> (Vec<Trim
 }
 
 /// True when the image of a side lies within `tolerance` [mm] of its first point.
-fn is_point(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> bool {
+pub(super) fn is_point(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> bool {
     let [a, b] = pcurve.domain();
     let at = |k: u32| surface.point(pcurve.point(a + (b - a) * f64::from(k) / 16.0));
     let first: Vec3 = at(0);

@@ -5,6 +5,8 @@
 
 mod analytic;
 mod area;
+pub mod attributes;
+mod bodies;
 mod bounds;
 pub mod build;
 mod build_diagnostics;
@@ -27,6 +29,7 @@ mod orient;
 pub(crate) mod query_tests;
 mod range;
 pub mod raw;
+pub mod region;
 mod sheets;
 pub mod step;
 mod topology;
@@ -58,6 +61,18 @@ pub fn read_with(path: &Path, creases: Creases) -> Result<(Model, Vec<Diagnostic
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let raw = read_raw(&bytes, &name)?;
     Ok(build::build_with(raw, &name, creases))
+}
+
+/// Reads the curves of an IGES or STEP file that bound no face [mm].
+///
+/// # Errors
+/// [`CadError`] as for [`read`].
+pub fn read_curves(path: &Path) -> Result<Vec<crate::geometry::nurbs::Curve3>, CadError> {
+    let bytes = crate::files::read(path, crate::files::Input::Cad)
+        .map_err(|source| CadError::Io { path: path.to_path_buf(), source })?;
+    let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let is_step = bytes[..bytes.len().min(4096)].windows(12).any(|w| w == b"ISO-10303-21");
+    if is_step { step::read_curves(&bytes, &name) } else { iges::read_curves(&bytes, &name) }
 }
 
 /// Identifies IGES or STEP by content and parses the bytes.

@@ -1,7 +1,9 @@
 //! Trimmed NURBS faces, joined at their edges.
 
 use std::ops::Range;
+use std::sync::Arc;
 
+use super::attributes::{Attributes, Body};
 use crate::geometry::nurbs::{Curve2, Curve3, Surface};
 use crate::geometry::{Vec2, Vec3};
 
@@ -16,6 +18,8 @@ pub struct Model {
     pub unit_mm: f64,
     /// Entities of the file by kind.
     pub entities: std::collections::BTreeMap<String, usize>,
+    /// Solids, shells and connected faces of neither, in the order of their first faces.
+    pub bodies: Vec<Body>,
     /// Trimmed faces.
     pub faces: Vec<Face>,
     /// Faces of the file that are not in `faces`: unreadable, or of zero area.
@@ -73,6 +77,8 @@ pub struct Face {
     pub source: String,
     /// Shell in the file.
     pub shell: Option<usize>,
+    /// Body, name, layers and colour.
+    pub attributes: Arc<Attributes>,
 }
 
 /// A closed loop in the parameter plane.

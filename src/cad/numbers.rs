@@ -118,6 +118,7 @@ mod tests {
             flipped: false,
             source: format!("#{x:e}"),
             shell: None,
+            attributes: Default::default(),
         }
     }
 

@@ -287,6 +287,7 @@ mod tests {
             flipped: false,
             source: "#1".into(),
             shell: None,
+            attributes: Default::default(),
         };
         let base = RawSurface::Nurbs(waves(10));
         let over =
@@ -317,6 +318,7 @@ mod tests {
             flipped: false,
             source: "#1".into(),
             shell: None,
+            attributes: Default::default(),
         };
         let shares = shares(&vec![face; 20], 0);
         let given: usize = shares.iter().map(|s| s.max_patches).sum();

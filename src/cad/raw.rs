@@ -1,6 +1,9 @@
 //! Interface between readers and `build`: faces as in the file [mm], before any repair.
 
+use std::sync::Arc;
+
 use super::Diagnostic;
+use super::attributes::{Attributes, Body};
 use crate::geometry::nurbs::{Curve2, Curve3, Surface};
 use crate::geometry::{Frame, Vec3};
 
@@ -19,6 +22,8 @@ pub struct RawModel {
     pub entities: std::collections::BTreeMap<String, usize>,
     /// Faces, one for every placed instance of an assembly.
     pub faces: Vec<RawFace>,
+    /// Solids, shells and sets of faces, one for every placed instance.
+    pub bodies: Vec<Body>,
     /// Unreadable faces of the file.
     pub lost: Vec<LostFace>,
     /// Curves that bound no face (not meshed).
@@ -61,6 +66,8 @@ pub struct RawFace {
     /// Shell or solid of the face, numbered from 0; `None` for a single face. Faces of one shell are consistently
     /// oriented in the file.
     pub shell: Option<usize>,
+    /// Body (index into [`RawModel::bodies`]), name, layers and colour.
+    pub attributes: Arc<Attributes>,
 }
 
 impl RawFace {

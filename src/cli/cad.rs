@@ -27,6 +27,8 @@ enum Command {
     Mesh(mesh::MeshArgs),
     /// Convert a CAD file to a tool file
     Convert(convert::ConvertArgs),
+    /// Convert every body of a CAD file to a tool file of its own
+    Split(convert::SplitArgs),
     /// Measure the shape error of a tool file against its CAD (Eq. 24)
     Audit(audit::AuditArgs),
     /// Run the cases of a study and compare them
@@ -49,6 +51,7 @@ pub fn main() -> ExitCode {
         Command::Inspect(args) => inspect::run(&args),
         Command::Mesh(args) => mesh::run(&args),
         Command::Convert(args) => convert::run(&args),
+        Command::Split(args) => convert::run_split(&args),
         Command::Audit(args) => audit::run(&args),
         Command::Study(args) => study::run(&args),
         Command::Report(args) => report::run(&args),

@@ -8,6 +8,7 @@ use super::exit::{EXIT_HELP, Exit, Failure};
 use super::gmsh::GmshArgs;
 use super::output_clash::refuse_clashes;
 use super::read::{LostFaces, read_model};
+use super::select::SelectArgs;
 use super::skip::skipping;
 use super::terminal::{err, out};
 use crate::cad::Model;
@@ -24,6 +25,8 @@ pub struct MeshArgs {
     /// Mesh file: .msh (MSH 4.1) or .vtu
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    #[command(flatten)]
+    select: SelectArgs,
     #[command(flatten)]
     mesher: MesherArgs,
 }
@@ -213,15 +216,21 @@ impl MesherArgs {
 /// Exit code 2 for a file that is not CAD or cannot be meshed, 4 when files cannot be read or written.
 pub fn run(args: &MeshArgs) -> Result<Exit, Failure> {
     args.mesher.check()?;
-    refuse_clashes(&[&args.file], &[("--output", Some(&args.output))])?;
-    let model = read_model(&args.file, args.mesher.lost_faces())?;
+    let inputs: Vec<&Path> =
+        std::iter::once(args.file.as_path()).chain(args.select.files()).collect();
+    refuse_clashes(&inputs, &[("--output", Some(&args.output))])?;
+    args.select.refuse_with((!args.mesher.is_built_in()).then_some("--mesher gmsh"))?;
+    let whole = read_model(&args.file, args.mesher.lost_faces())?;
+    let chosen = args.select.choose(&args.file, &whole)?;
+    let model = chosen.as_ref().map_or(&whole, |c| &c.model);
     let make = |model: &Model| Ok(args.mesher.mesh(&args.file, model)?);
-    let (mut mesh, part) = skipping(args.mesher.skips_faces(), &model, make)?;
-    let meshed = part.as_ref().map_or(&model, |p| &p.model);
+    let (mut mesh, part) = skipping(args.mesher.skips_faces(), model, make)?;
+    let meshed = part.as_ref().map_or(model, |p| &p.model);
     let report = MeshReport::new(&mesh, meshed);
     report.check(meshed, args.mesher.area_tolerance())?;
-    if let Some(part) = &part {
-        mesh.elements.iter_mut().for_each(|e| e.face = part.kept[e.face as usize] as u32);
+    let numbers = [part.as_ref().map(|p| &p.kept), chosen.as_ref().map(|c| &c.kept)];
+    for numbers in numbers.into_iter().flatten() {
+        mesh.elements.iter_mut().for_each(|e| e.face = numbers[e.face as usize] as u32);
     }
     io::write(&mesh, &args.output)?;
     print_report(&report);

@@ -19,6 +19,7 @@ mod remedy;
 pub mod report;
 pub mod run;
 pub mod run_summary;
+mod select;
 mod skip;
 pub mod solve;
 pub mod status;

@@ -8,6 +8,7 @@ use crate::audit::AuditError;
 use crate::convert::ConvertError;
 use crate::convert::bezier::BezierError;
 use crate::convert::reach::ReachError;
+use crate::convert::select::SelectError;
 use crate::convert::tolerance::ToleranceError;
 use crate::mesh::MeshError;
 use crate::run::lock::Holder;
@@ -37,7 +38,13 @@ fn of_one(error: &(dyn Error + 'static)) -> Option<String> {
         let of_bezier = || error.downcast_ref().and_then(of_bezier);
         let of_reach = || error.downcast_ref().and_then(of_reach);
         let of_convert = || error.downcast_ref().and_then(of_convert);
-        of_mesh().or_else(of_convert).or_else(of_tolerance).or_else(of_bezier).or_else(of_reach)
+        let of_select = || error.downcast_ref().map(of_select);
+        of_select()
+            .or_else(of_mesh)
+            .or_else(of_convert)
+            .or_else(of_tolerance)
+            .or_else(of_bezier)
+            .or_else(of_reach)
     };
     let of_tool = || {
         let of_audit = || error.downcast_ref().and_then(of_audit);
@@ -59,6 +66,10 @@ fn of_one(error: &(dyn Error + 'static)) -> Option<String> {
             .or_else(of_report)
     };
     of_cad().or_else(of_tool).or_else(of_run)
+}
+
+fn of_select(_: &SelectError) -> String {
+    "`kanagata inspect FILE --tree` lists bodies, layers and colours with the numbers of their faces".into()
 }
 
 fn of_mesh(error: &MeshError) -> Option<String> {

@@ -14,6 +14,7 @@ pub mod part;
 pub mod reach;
 mod repair;
 mod searches;
+pub mod select;
 pub mod tolerance;
 pub mod unfolded;
 

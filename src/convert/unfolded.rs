@@ -160,7 +160,14 @@ mod tests {
         let edge = |c| RawEdge { curve: Some(c), ..RawEdge::default() };
         let ring =
             RawLoop { outer: None, edges: curves.into_iter().map(edge).collect(), vertex: None };
-        RawFace { surface, loops: vec![ring], flipped: false, source: "face".into(), shell: None }
+        RawFace {
+            surface,
+            loops: vec![ring],
+            flipped: false,
+            source: "face".into(),
+            shell: None,
+            attributes: Default::default(),
+        }
     }
 
     /// A corner of a nut of width 32 mm: two flats, their chamfer, and a wedge of the top. The rim of the top is

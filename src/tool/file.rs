@@ -9,6 +9,7 @@ use super::build::{EdgeChoice, StraightEdge, ToolError, build};
 use super::edge::EdgeRule;
 use super::model::{GivenCurve, PatchCorners, ToolKind, ToolModel};
 use super::patch::{MAX_DEGREE, Patch};
+use super::selection::FaceSelection;
 use super::side::corners;
 use crate::files::{WriteError, write_atomic};
 use crate::geometry::numbers::first_fault;
@@ -95,6 +96,9 @@ pub struct Provenance {
     pub cad_unit: String,
     /// Mesher and its options.
     pub mesher: String,
+    /// Choice of faces of the CAD file from which the tool was made; absent: all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub selection: Option<FaceSelection>,
     /// Faces of the CAD file that the tool lacks: entities that could not be read, or not be meshed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faces_lost: Vec<String>,

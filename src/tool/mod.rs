@@ -8,6 +8,7 @@ pub mod exchange;
 pub mod file;
 pub mod model;
 pub mod patch;
+pub mod selection;
 pub mod side;
 
 pub use model::{GivenCurve, ToolKind, ToolModel};

@@ -6,6 +6,7 @@ mod split;
 mod tests;
 
 use self::split::Line;
+pub(super) use self::split::faces as nested_faces;
 use super::loops::Side;
 use crate::geometry::Vec2;
 use crate::geometry::nurbs::Surface;

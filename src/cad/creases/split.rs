@@ -35,7 +35,7 @@ pub(super) struct Halves {
 }
 
 /// Loops of a face, outer loop first.
-type Loops = Vec<Vec<Side>>;
+pub(in crate::cad) type Loops = Vec<Vec<Side>>;
 
 /// A side that does not cross the line, and whether it belongs to the upper half.
 type Piece = (Side, bool);
@@ -239,7 +239,7 @@ fn crossing(test: impl Fn(f64) -> bool, mut from: f64, mut to: f64) -> f64 {
 }
 
 /// Groups loops to faces: each outer loop with the holes inside it.
-fn faces(loops: Vec<Vec<Side>>) -> Option<Vec<Loops>> {
+pub(in crate::cad) fn faces(loops: Vec<Vec<Side>>) -> Option<Vec<Loops>> {
     let (outer, holes): (Vec<_>, Vec<_>) = loops.into_iter().partition(|l| signed_area(l) > 0.0);
     let mut faces: Vec<Loops> = outer.into_iter().map(|l| vec![l]).collect();
     for hole in holes {

@@ -36,7 +36,14 @@ fn model(surface: Surface, rings: &[&[[f64; 2]]]) -> (Model, Vec<String>) {
     };
     let loops = rings.iter().map(ring).collect();
     let surface = RawSurface::Nurbs(surface);
-    let face = RawFace { surface, loops, flipped: false, source: "roof".into(), shell: None };
+    let face = RawFace {
+        surface,
+        loops,
+        flipped: false,
+        source: "roof".into(),
+        shell: None,
+        attributes: Default::default(),
+    };
     let (model, said) =
         build_with(RawModel { faces: vec![face], ..RawModel::default() }, "roof", Creases::Cut);
     (model, said.into_iter().map(|d| format!("{}: {}", d.code, d.text)).collect())
@@ -69,8 +76,14 @@ fn a_ridge_cuts_its_face_in_two() {
 #[test]
 fn a_face_stays_as_the_file_has_it_unless_asked() {
     let surface = RawSurface::Nurbs(roof([FRAC_PI_4; 3]));
-    let face =
-        RawFace { surface, loops: vec![], flipped: false, source: "roof".into(), shell: None };
+    let face = RawFace {
+        surface,
+        loops: vec![],
+        flipped: false,
+        source: "roof".into(),
+        shell: None,
+        attributes: Default::default(),
+    };
     let (model, said) = build(RawModel { faces: vec![face], ..RawModel::default() }, "roof");
     assert_eq!(sides(&model), [[4]], "{said:?}");
     assert!(said.iter().all(|d| d.code != "face-creased"));

@@ -7,6 +7,30 @@ use crate::cad::Model;
 const LISTED_MAX: usize = 10;
 
 impl Health {
+    /// The verdict in one line, with the number of defects of each kind.
+    #[must_use]
+    pub fn verdict(&self) -> String {
+        let free = format!("free edges ({:.4} mm)", self.free_edge_length_mm);
+        let inverted = self.parts.iter().filter(|p| p.inverted).count();
+        let defects = [
+            (self.lost_faces.len(), "lost faces"),
+            (self.free_edges.len(), free.as_str()),
+            (self.crowded_edges.len(), "edges used more than twice"),
+            (self.disagreeing_faces.len(), "faces that disagree with a neighbour"),
+            (self.tiny_faces.len(), "tiny faces"),
+            (self.duplicate_faces.len(), "duplicate faces"),
+            (self.impossible_faces.len(), "faces of impossible area"),
+            (self.unmeasured_faces.len(), "faces of unknown area"),
+            (inverted, "inverted parts"),
+        ];
+        let found = defects.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}"));
+        let mut found: Vec<String> = found.collect();
+        if !self.duplicates_searched {
+            found.push("too many faces of one area to find duplicates".into());
+        }
+        if self.is_sound() { "sound".into() } else { format!("not sound: {}", found.join(", ")) }
+    }
+
     /// Text report with the names of the faces in the file.
     #[must_use]
     pub fn to_text(&self, model: &Model) -> String {

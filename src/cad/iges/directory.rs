@@ -12,6 +12,12 @@ pub(super) struct Entry {
     pub form: i32,
     /// Sequence number, the value of pointers to it.
     pub pointer: u32,
+    /// Level number, or the negated pointer to a list of levels (406 form 1); 0 for none.
+    pub level: i32,
+    /// Number of a basic colour, or the negated pointer to a colour (314); 0 for none.
+    pub colour: i32,
+    /// Label and subscript, empty for none.
+    pub label: String,
     /// Transformation matrix (a pointer), 0 for none.
     pub transform: u32,
     /// Status: visibility, subordination, use, hierarchy.
@@ -95,10 +101,22 @@ fn entry(first: &Card<'_>, second: &Card<'_>) -> Entry {
         kind,
         form: number_of(second, 4),
         pointer: first.sequence,
+        level: number_of(first, 4),
+        colour: number_of(second, 2),
+        label: label(second),
         transform: number_of(first, 6).unsigned_abs(),
         status: [pair(0), pair(1), pair(2), pair(3)],
         cards: 0..0,
         line: first.line,
+    }
+}
+
+/// Label of an entity, with its subscript behind a dot.
+fn label(second: &Card<'_>) -> String {
+    let label = String::from_utf8_lossy(field(second, 7));
+    match number_of(second, 8) {
+        subscript if subscript > 0 && !label.is_empty() => format!("{label}.{subscript}"),
+        _ => label.into_owned(),
     }
 }
 

@@ -2,11 +2,12 @@
 //!
 //! Layers, from the file upwards: [`cards`] (columns and sections) -> [`global`] -> [`directory`] -> [`token`] and
 //! [`params`] -> one file per group of entities ([`curves`], [`surface`], ..., [`trimming`], [`brep`]) -> [`structure`]
-//! (displayed entities and their placement).
+//! (displayed entities and their placement). [`attributes`] has their names, levels and colours.
 
 #![forbid(unsafe_code)]
 
 mod analytic;
+mod attributes;
 mod brep;
 mod cards;
 mod conic;
@@ -14,8 +15,11 @@ mod curves;
 mod directory;
 mod edges;
 mod file;
+mod found;
 mod global;
 pub(in crate::cad) mod join;
+mod loose;
+mod marks;
 mod names;
 mod offset;
 mod ownership;
@@ -38,6 +42,7 @@ use self::file::{Fault, File};
 use self::reader::Reader;
 use super::raw::RawModel;
 use super::{CadError, Diagnostic, Severity};
+use crate::geometry::nurbs::Curve3;
 
 /// Parses the bytes of an IGES file; `name` is used in messages. Lengths of the result are in mm, angles in rad.
 ///
@@ -76,11 +81,25 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
         resolution_mm: file.global.resolution * unit_mm / file.global.scale,
         entities,
         faces: found.faces,
+        bodies: found.bodies,
         lost: found.lost,
         loose_curves: found.loose_curves,
         diagnostics,
         bytes: bytes.len(),
     })
+}
+
+/// Reads the displayed curves of an IGES file that no other entity uses [mm]; composites give their segments.
+///
+/// # Errors
+/// [`CadError::Invalid`] as for [`read_bytes`], and for a curve that cannot be read.
+pub fn read_curves(bytes: &[u8], name: &str) -> Result<Vec<Curve3>, CadError> {
+    let file = File::open(bytes);
+    if file.len() == 0 {
+        return Err(no_directory(&file, name));
+    }
+    let scale = file.global.unit_mm / file.global.scale;
+    Reader::new(&file).loose_curves(scale).map_err(|fault| invalid(name, fault))
 }
 
 fn invalid(name: &str, fault: Fault) -> CadError {

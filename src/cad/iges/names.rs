@@ -8,9 +8,9 @@ use super::surface::SURFACES;
 use crate::cad::{Diagnostic, Severity};
 
 /// Entity types that are read.
-const READ: [u32; 20] = [
-    116, 123, 124, 141, 142, 143, 144, 184, 186, 308, 402, 408, 430, 502, 504, 508, 510, 514, 0,
-    106,
+const READ: [u32; 22] = [
+    314, 406, 116, 123, 124, 141, 142, 143, 144, 184, 186, 308, 402, 408, 430, 502, 504, 508, 510,
+    514, 0, 106,
 ];
 
 /// One diagnostic for each type that is not read, with name and number.

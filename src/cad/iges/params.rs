@@ -156,6 +156,24 @@ impl<'f, 'a> Params<'f, 'a> {
         Err(fault)
     }
 
+    /// A text; empty for other values.
+    pub fn text(&mut self) -> String {
+        match self.next() {
+            Token::Text(text) | Token::Word(text) => String::from_utf8_lossy(text).into_owned(),
+            Token::Blank => String::new(),
+        }
+    }
+
+    /// The last `count` parameters or fewer, after the type number; `None` for other values than integers.
+    pub fn tail(&self, count: usize) -> Vec<Option<i64>> {
+        let first = self.tokens.len().saturating_sub(count).max(1);
+        let value = |token: &Token<'_>| match token {
+            Token::Word(word) => integer(word),
+            _ => None,
+        };
+        self.tokens.iter().skip(first).map(value).collect()
+    }
+
     /// A pointer to an entity; `None` for 0 or blank.
     pub fn pointer_or_none(&mut self, what: &str) -> Result<Option<usize>, Fault> {
         let value = self.integer_or(what, 0)?;

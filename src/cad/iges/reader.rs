@@ -1,11 +1,12 @@
 //! State shared by the entity readers: file, placements, caches.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
 
 use rustc_hash::FxHashMap;
 
 use super::file::{Fault, File};
+use super::marks::Marks;
 use crate::geometry::{Affine, Mat3, Vec3};
 
 /// Maximum pointer depth of one kind. Doubled: no valid file is affected.
@@ -30,6 +31,8 @@ pub(super) struct Reader<'f, 'a> {
     pub vertices: RefCell<FxHashMap<usize, Rc<[Vec3]>>>,
     /// Edge lists (504) by entity.
     pub edges: RefCell<FxHashMap<usize, Rc<[ListedEdge]>>>,
+    /// Names, levels and groups, read on first use.
+    pub marks: OnceCell<Marks>,
 }
 
 impl<'f, 'a> Reader<'f, 'a> {
@@ -40,6 +43,7 @@ impl<'f, 'a> Reader<'f, 'a> {
             placements: RefCell::default(),
             vertices: RefCell::default(),
             edges: RefCell::default(),
+            marks: OnceCell::new(),
         }
     }
 

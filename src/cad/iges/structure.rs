@@ -1,48 +1,16 @@
 //! Displayed entities: roots, groups (402), subfigures (308, 408), solid instances (430) and assemblies (184).
 
-use rustc_hash::FxHashMap;
+use std::sync::Arc;
 
 use super::curves::CURVES;
 use super::file::Fault;
+use super::found::{Found, Task};
 use super::ownership::Ownership;
 use super::reader::{POINTER_DEPTH_MAX, Reader};
 use super::surface::SURFACES;
-use crate::cad::raw::{LostFace, RawFace};
+use crate::cad::attributes::{Name, Style};
+use crate::cad::raw::RawFace;
 use crate::geometry::{Affine, Mat3, Vec3};
-
-/// Faces and curves found.
-#[derive(Default)]
-pub(super) struct Found {
-    /// Faces [mm].
-    pub faces: Vec<RawFace>,
-    /// Number of curves that no entity refers to.
-    pub loose_curves: usize,
-    /// First fault that cost a face.
-    pub first_fault: Option<Fault>,
-    /// Unreadable faces.
-    pub lost: Vec<LostFace>,
-    shells: usize,
-    /// Total number of sides of all faces.
-    sides: usize,
-    edge_ids: FxHashMap<(usize, usize, usize), usize>,
-    instances: usize,
-}
-
-/// An entity to display and its placement.
-#[derive(Clone, Copy)]
-struct Task {
-    entity: usize,
-    map: Affine,
-    depth: usize,
-    instance: usize,
-}
-
-impl Task {
-    /// The task of a contained entity.
-    fn below(&self, entity: usize, map: Affine, instance: usize) -> Self {
-        Self { entity, map, depth: self.depth + 1, instance }
-    }
-}
 
 /// Shell number, placement, and faces with their sense.
 type ShellFaces = (Option<usize>, Affine, Vec<(usize, bool)>);
@@ -82,7 +50,9 @@ impl Reader<'_, '_> {
                     "a subfigure without an instance; displayed at its definition",
                 );
             }
-            self.show(Task { entity, map, depth: 0, instance: 0 }, &owners, &mut found)?;
+            let (path, style) = (Arc::default(), Style::default());
+            let task = Task { entity, map, depth: 0, instance: 0, path, style };
+            self.show(task, &owners, &mut found)?;
         }
         Ok(found)
     }
@@ -91,9 +61,10 @@ impl Reader<'_, '_> {
     fn show(&self, task: Task, owners: &Ownership, found: &mut Found) -> Result<(), Fault> {
         let mut stack = vec![task];
         while let Some(task) = stack.pop() {
+            let entity = task.entity;
             match self.step(task, owners, found, &mut stack) {
                 Err(fault) if fault.code == "work-limit" => return Err(fault),
-                Err(fault) => found.record_lost(self, task.entity, fault),
+                Err(fault) => found.record_lost(self, entity, fault),
                 Ok(()) => {}
             }
         }
@@ -118,21 +89,23 @@ impl Reader<'_, '_> {
             ));
         }
         match kind {
-            144 => found.push(self, entity, self.trimmed_surface(entity, &map)?)?,
-            143 => found.push(self, entity, self.bounded_surface(entity, &map)?)?,
-            186 | 514 | 510 => self.show_brep(task, found)?,
-            308 | 402 => stack.extend(self.members_to_show(task, owners)?),
+            144 => found.push_loose(self, &task, self.trimmed_surface(entity, &map)?)?,
+            143 => found.push_loose(self, &task, self.bounded_surface(entity, &map)?)?,
+            186 | 514 | 510 => self.show_brep(&task, found)?,
+            308 | 402 => stack.extend(self.members_to_show(&task, owners)?),
             408 | 430 => {
                 found.instances += 1;
                 let (target, placed) = self.instance(entity, &map)?;
                 if !owners.hidden[target] {
-                    stack.push(task.below(target, placed, found.instances));
+                    let names = [self.definition_name(target), self.name_of(entity)];
+                    let below = task.below(target, placed, found.instances);
+                    stack.push(below.within(&names, self.style(entity)));
                 }
             }
-            184 => self.show_assembly(task, owners, found, stack)?,
+            184 => self.show_assembly(&task, owners, found, stack)?,
             kind if SURFACES.contains(&kind) => {
                 if let Some(face) = self.whole_surface(entity, &map)? {
-                    found.push(self, entity, face)?;
+                    found.push_loose(self, &task, face)?;
                 }
             }
             _ => {}
@@ -141,8 +114,8 @@ impl Reader<'_, '_> {
     }
 
     /// Members of a subfigure definition (308) or group (402) to display, last one first.
-    fn members_to_show(&self, task: Task, owners: &Ownership) -> Result<Vec<Task>, Fault> {
-        let Task { entity, map, instance, .. } = task;
+    fn members_to_show(&self, task: &Task, owners: &Ownership) -> Result<Vec<Task>, Fault> {
+        let Task { entity, map, instance, .. } = *task;
         let definition = self.file.entry(entity).kind == 308;
         let placed = if definition { self.placed(entity, &map)? } else { map };
         let mut members = if definition { self.definition(entity)? } else { self.group(entity)? };
@@ -153,18 +126,20 @@ impl Reader<'_, '_> {
     /// Pushes the items of an assembly (184) onto the stack, each as a separate instance.
     fn show_assembly(
         &self,
-        task: Task,
+        task: &Task,
         owners: &Ownership,
         found: &mut Found,
         stack: &mut Vec<Task>,
     ) -> Result<(), Fault> {
         let placed = self.placed(task.entity, &task.map)?;
+        let names = [self.name_of(task.entity)];
         for (item, own) in self.assembly(task.entity)? {
             if owners.hidden[item] {
                 continue;
             }
             found.instances += 1;
-            stack.push(task.below(item, placed.after(&own), found.instances));
+            let below = task.below(item, placed.after(&own), found.instances);
+            stack.push(below.within(&names, self.style(task.entity)));
         }
         Ok(())
     }
@@ -198,8 +173,9 @@ impl Reader<'_, '_> {
     }
 
     /// Solids, shells and faces. Each unreadable face is skipped individually.
-    fn show_brep(&self, task: Task, found: &mut Found) -> Result<(), Fault> {
-        let Task { entity, map, instance, .. } = task;
+    fn show_brep(&self, task: &Task, found: &mut Found) -> Result<(), Fault> {
+        let Task { entity, map, instance, .. } = *task;
+        let task = task.clone().within(&[], self.style(entity));
         let mut shells: Vec<ShellFaces> = Vec::new();
         match self.file.entry(entity).kind {
             510 => shells.push((None, map, vec![(entity, true)])),
@@ -220,6 +196,7 @@ impl Reader<'_, '_> {
                 }
             }
         }
+        let body = found.body_of(self, &task);
         for (shell, map, faces) in shells {
             for (face, along) in faces {
                 let ids = &mut found.edge_ids;
@@ -228,13 +205,25 @@ impl Reader<'_, '_> {
                     *ids.entry((instance, list, number)).or_insert(next)
                 };
                 match self.brep_face(face, &map, !along, &mut edge_id) {
-                    Ok(raw) => found.push(self, face, RawFace { shell, ..raw })?,
+                    Ok(raw) => {
+                        found.push(self, face, RawFace { shell, ..raw }, (body, &task.style))?;
+                    }
                     Err(fault) if fault.code == "work-limit" => return Err(fault),
                     Err(fault) => found.record_lost(self, face, fault),
                 }
             }
         }
         Ok(())
+    }
+
+    /// Name of a subfigure definition (308: DEPTH, NAME, ..), or of another entity.
+    fn definition_name(&self, entity: usize) -> Option<Name> {
+        if self.file.entry(entity).kind != 308 {
+            return self.name_of(entity);
+        }
+        let mut p = self.file.params(entity).ok()?;
+        p.skip();
+        crate::cad::attributes::name(&p.text())
     }
 
     /// Members of a subfigure definition (308): DEPTH, NAME, N, DE 1 .. DE N.
@@ -286,32 +275,5 @@ impl Reader<'_, '_> {
             out.push((item, matrix.map_or(Ok(Affine::identity()), |m| self.matrix(m))?));
         }
         Ok(out)
-    }
-}
-
-impl Found {
-    /// Adds a face of `entity`.
-    ///
-    /// # Errors
-    /// A fault with the code `work-limit` when instances multiply the faces beyond the limit for a file of this size.
-    fn push(&mut self, reader: &Reader<'_, '_>, entity: usize, face: RawFace) -> Result<(), Fault> {
-        self.sides += face.sides();
-        reader.file.allow_sides(entity, self.sides)?;
-        self.faces.push(face);
-        Ok(())
-    }
-
-    fn next_shell(&mut self) -> usize {
-        self.shells += 1;
-        self.shells - 1
-    }
-
-    fn record_lost(&mut self, reader: &Reader<'_, '_>, entity: usize, fault: Fault) {
-        reader.file.skip(entity, &fault);
-        let entry = reader.file.entry(entity);
-        let source = format!("D{} ({})", entry.pointer, entry.kind);
-        let reason = format!("{}; allowed: {}", fault.found, fault.allowed);
-        self.lost.push(LostFace { source, reason });
-        self.first_fault.get_or_insert(fault);
     }
 }

@@ -95,6 +95,7 @@ impl Reader<'_, '_> {
             loops: out,
             source: format!("D{} ({})", entry.pointer, entry.kind),
             shell: None,
+            attributes: self.attributes_of(entity),
         })
     }
 

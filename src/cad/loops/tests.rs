@@ -91,7 +91,8 @@ fn model_of(surface: &RawSurface, mut loops: Vec<RawLoop>, flipped: bool) -> Mod
 /// As `model_of`, with the given edge numbers.
 pub(super) fn model_of_numbered(surface: &RawSurface, loops: Vec<RawLoop>, flipped: bool) -> Model {
     let (surface, source) = (surface.clone(), "face".into());
-    let face = RawFace { surface, loops, flipped, source, shell: None };
+    let face =
+        RawFace { surface, loops, flipped, source, shell: None, attributes: Default::default() };
     let (model, said) = build(RawModel { faces: vec![face], ..RawModel::default() }, "face");
     assert_eq!(model.faces.len(), 1, "{said:?}");
     assert!(said.is_empty(), "{said:?}");
@@ -251,8 +252,14 @@ fn loops_that_wind_without_end_are_refused_before_their_surface_is_made() {
     let at = |k: usize| Vec2::new(corners[k % 4].0, corners[k % 4].1);
     let edge = |k| RawEdge { pcurve: Some(Curve2::line(at(k), at(k + 1))), ..RawEdge::default() };
     let loops = vec![RawLoop { outer: None, edges: (0..4).map(edge).collect(), vertex: None }];
-    let face =
-        RawFace { surface: cylinder(), loops, flipped: false, source: "face".into(), shell: None };
+    let face = RawFace {
+        surface: cylinder(),
+        loops,
+        flipped: false,
+        source: "face".into(),
+        shell: None,
+        attributes: Default::default(),
+    };
     let (model, said) = build(RawModel { faces: vec![face], ..RawModel::default() }, "face");
     assert!(model.faces.is_empty());
     assert!(said.iter().any(|d| d.text.contains("turns of the surface")), "{said:?}");
@@ -311,6 +318,7 @@ fn a_band_of_a_torus_has_its_seam_in_it_whatever_the_sense_of_its_border() {
                 flipped: false,
                 source,
                 shell: None,
+                attributes: Default::default(),
             };
             let (model, said) =
                 build(RawModel { faces: vec![face], ..RawModel::default() }, "face");

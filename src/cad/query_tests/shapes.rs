@@ -20,6 +20,7 @@ pub(super) fn face(surface: Surface, rings: Vec<Vec<EdgeUse>>) -> Face {
         flipped: false,
         source: String::new(),
         shell: None,
+        attributes: Default::default(),
     }
 }
 

@@ -1,14 +1,17 @@
 //! Assembly structure: traverses the graph of representations from its roots and creates the faces of every placed
 //! instance.
 
+use std::sync::Arc;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::entity::Outcome;
-use super::graph::{Graph, graph};
-use super::items::ItemFaces;
+use super::graph::{Child, Graph, graph};
+use super::items::{ItemBody, ItemFaces};
 use super::place;
 use super::resolver::{REFERENCE_DEPTH_MAX, Resolver};
 use crate::cad::Severity;
+use crate::cad::attributes::{Body, BodyKind, Name, Style, path_below};
 use crate::cad::raw::{RawFace, RawModel, max_sides};
 use crate::geometry::Affine;
 
@@ -123,11 +126,38 @@ fn count(
     }
     let faces = g.sheets.iter().flat_map(|&s| &graph.sheets[s].items).flat_map(|i| &i.faces);
     let mut n: usize = faces.map(RawFace::sides).sum();
-    for &(child, _) in &g.children {
-        n = n.saturating_add(count(graph, child, counts, depth + 1)?);
+    for child in &g.children {
+        n = n.saturating_add(count(graph, child.group, counts, depth + 1)?);
     }
     counts[group] = Some(n);
     Ok(n)
+}
+
+/// A placed occurrence of a group.
+struct Occurrence {
+    map: Affine,
+    /// Number of the occurrence; roots are one.
+    number: usize,
+    /// Names of products and occurrences.
+    path: Arc<[Name]>,
+    style: Style,
+}
+
+impl Occurrence {
+    /// The occurrence `number` of a group within this one.
+    fn below(&self, graph: &Graph, child: &Child, number: usize) -> Self {
+        let names = [graph.groups[child.group].product.clone(), child.name.clone()];
+        let or = |own: &Style| Style {
+            layers: if own.layers.is_empty() { &self.style } else { own }.layers.clone(),
+            colour: own.colour.or(self.style.colour),
+        };
+        Self {
+            map: self.map.after(&child.map),
+            number,
+            path: path_below(&self.path, &names),
+            style: or(&child.style),
+        }
+    }
 }
 
 /// Adds instances to the model, with separate numbers of edges and shells for each.
@@ -137,6 +167,8 @@ struct Placer<'r, 't, 'm> {
     edges: FxHashMap<(usize, usize), usize>,
     /// Items and faces of shells already placed, by instance.
     seen: FxHashSet<(usize, String)>,
+    /// Body of the faces of no solid or shell, by instance.
+    loose: FxHashMap<usize, usize>,
     /// Faces in shells of the roots.
     in_shells: FxHashSet<(usize, String)>,
     shells: usize,
@@ -145,34 +177,40 @@ struct Placer<'r, 't, 'm> {
 
 impl<'r, 't, 'm> Placer<'r, 't, 'm> {
     fn new(resolver: &'r Resolver<'t>, model: &'m mut RawModel) -> Self {
-        let (edges, seen, in_shells) = Default::default();
-        Self { resolver, model, edges, seen, in_shells, shells: 0, instances: 0 }
+        let (edges, seen, loose, in_shells) = Default::default();
+        Self { resolver, model, edges, seen, loose, in_shells, shells: 0, instances: 0 }
     }
 
     /// Places a root group and its descendants. Roots share one numbering, because their items may share edges.
     fn place(&mut self, graph: &Graph, root: usize, counts: &[Option<usize>]) {
-        let mut todo = vec![(root, Affine::identity(), 0)];
-        while let Some((group, map, instance)) = todo.pop() {
+        let of_root = [graph.groups[root].product.clone()];
+        let path = path_below(&Arc::default(), &of_root);
+        let whole =
+            Occurrence { map: Affine::identity(), number: 0, path, style: Style::default() };
+        let mut todo = vec![(root, whole)];
+        while let Some((group, occurrence)) = todo.pop() {
             let g = &graph.groups[group];
             for sheet in &g.sheets {
                 for item in &graph.sheets[*sheet].items {
-                    self.item(item, &map, instance);
+                    self.item(item, &occurrence);
                 }
             }
-            for (child, inner) in g.children.iter().rev() {
-                if counts[*child].unwrap_or(0) > 0 {
+            for child in g.children.iter().rev() {
+                if counts[child.group].unwrap_or(0) > 0 {
                     self.instances += 1;
-                    todo.push((*child, map.after(inner), self.instances));
+                    todo.push((child.group, occurrence.below(graph, child, self.instances)));
                 }
             }
         }
     }
 
-    fn item(&mut self, item: &ItemFaces, map: &Affine, instance: usize) {
+    fn item(&mut self, item: &ItemFaces, occurrence: &Occurrence) {
+        let (map, instance) = (&occurrence.map, occurrence.number);
         // An item listed by two representations is placed once, as is a face listed in addition to its shell.
         if !self.seen.insert((instance, format!("item {}", item.entity))) {
             return;
         }
+        let mut bodies: FxHashMap<usize, usize> = FxHashMap::default();
         for face in &item.faces {
             let key = (instance, face.source.clone());
             let again = self.in_shells.contains(&key) || self.seen.contains(&key);
@@ -183,6 +221,13 @@ impl<'r, 't, 'm> Placer<'r, 't, 'm> {
             match place::face(face, map) {
                 Some(mut placed) => {
                     self.number(&mut placed, instance);
+                    let attributes = Arc::make_mut(&mut placed.attributes);
+                    let own = attributes.body;
+                    if let Some(body) = item.bodies.get(own) {
+                        let number = bodies.entry(own);
+                        attributes.body = *number.or_insert_with(|| self.body(body, occurrence));
+                    }
+                    attributes.inherit(&occurrence.style);
                     self.model.faces.push(placed);
                 }
                 None => self.resolver.note(
@@ -194,6 +239,22 @@ impl<'r, 't, 'm> Placer<'r, 't, 'm> {
             }
         }
         self.shells += item.shells;
+    }
+
+    /// Number of a body of an occurrence; all its faces of no solid or shell are one.
+    fn body(&mut self, body: &ItemBody, occurrence: &Occurrence) -> usize {
+        let ItemBody { kind, name, source } = body;
+        let fresh = self.model.bodies.len();
+        let (number, source) = if *kind == BodyKind::Faces {
+            (*self.loose.entry(occurrence.number).or_insert(fresh), String::new())
+        } else {
+            (fresh, source.clone())
+        };
+        if number == fresh {
+            let path = path_below(&occurrence.path, std::slice::from_ref(name));
+            self.model.bodies.push(Body { path, kind: *kind, source });
+        }
+        number
     }
 
     fn number(&mut self, face: &mut RawFace, instance: usize) {

@@ -46,7 +46,9 @@ impl<'t> Resolver<'t> {
             return Err(e.fault("an unbounded surface as a face", "a surface with bounds"));
         }
         let flipped = on.turned;
-        Ok(RawFace { surface: on.surface, loops, flipped, source: e.place(), shell: None })
+        let attributes = self.attributes_of_face(e);
+        let (surface, source) = (on.surface, e.place());
+        Ok(RawFace { surface, loops, flipped, source, shell: None, attributes })
     }
 
     /// `CURVE_BOUNDED_SURFACE(name, basis, boundaries, implicit outer)`.

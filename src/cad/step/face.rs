@@ -63,7 +63,9 @@ impl<'t> Resolver<'t> {
             }
         }
         let flipped = flipped ^ !oriented;
-        Ok(RawFace { surface: on.surface, loops, flipped, source: e.place(), shell: None })
+        let attributes = self.attributes_of_face(e);
+        let (surface, source) = (on.surface, e.place());
+        Ok(RawFace { surface, loops, flipped, source, shell: None, attributes })
     }
 
     /// `FACE_BOUND(name, loop, orientation)`.

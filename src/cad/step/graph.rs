@@ -4,9 +4,11 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::entity::{Entity, Outcome};
 use super::items::{ItemFaces, ItemKind, item_kind};
+use super::names;
 use super::resolver::{Resolver, Units};
 use super::units::Context;
 use crate::cad::Severity;
+use crate::cad::attributes::{Name, Style};
 use crate::geometry::sets::DisjointSets;
 use crate::geometry::{Affine, Frame, Mat3};
 
@@ -17,11 +19,23 @@ pub struct Sheet<'t> {
     pub items: Vec<ItemFaces>,
 }
 
+/// A group placed in another.
+pub struct Child {
+    pub group: usize,
+    pub map: Affine,
+    /// Name of the occurrence.
+    pub name: Option<Name>,
+    /// Layers and colour of the occurrence.
+    pub(in crate::cad) style: Style,
+}
+
 /// Representations of one object in a common coordinate system, and the groups placed in it.
 #[derive(Default)]
 pub struct Group {
     pub sheets: Vec<usize>,
-    pub children: Vec<(usize, Affine)>,
+    pub children: Vec<Child>,
+    /// Name of the product.
+    pub product: Option<Name>,
     /// Placed in another group.
     pub used: bool,
     /// Shape of a product, by a `SHAPE_DEFINITION_REPRESENTATION`.
@@ -115,7 +129,7 @@ fn tally<'t>(count: &mut (usize, Option<Entity<'t>>), item: Entity<'t>) {
 }
 
 /// Shape representations, and all representations named by a shape definition.
-fn representations<'t>(resolver: &Resolver<'t>) -> Vec<Entity<'t>> {
+pub fn representations<'t>(resolver: &Resolver<'t>) -> Vec<Entity<'t>> {
     let defined: FxHashSet<u32> = resolver
         .entities()
         .filter(|e| e.kind() == "SHAPE_DEFINITION_REPRESENTATION")
@@ -153,11 +167,15 @@ fn group_sheets(resolver: &Resolver, graph: &mut Graph) {
         }
     }
     let (group_of, count) = sets.numbered();
+    let named = names::products(resolver);
     graph.groups.resize_with(count, Group::default);
     for (k, group) in group_of.into_iter().enumerate() {
-        graph.groups[group].sheets.push(k);
-        graph.groups[group].of_product |= products.contains(&graph.sheets[k].entity.index);
-        graph.group_of.insert(graph.sheets[k].entity.index, group);
+        let index = graph.sheets[k].entity.index;
+        let own = &mut graph.groups[group];
+        own.sheets.push(k);
+        own.of_product |= products.contains(&index);
+        own.product = own.product.take().or_else(|| named.get(&index).cloned());
+        graph.group_of.insert(index, group);
     }
 }
 
@@ -191,9 +209,9 @@ impl Graph<'_> {
         Some(sheet.context.units)
     }
 
-    fn add(&mut self, parent: usize, child: usize, map: Affine) {
-        self.groups[parent].children.push((child, map));
-        self.groups[child].used = true;
+    fn add(&mut self, parent: usize, child: Child) {
+        self.groups[child.group].used = true;
+        self.groups[parent].children.push(child);
     }
 }
 
@@ -219,7 +237,8 @@ fn mapped_items(resolver: &Resolver, graph: &mut Graph, mapped: &[(usize, Entity
         match read() {
             Ok(Some((child, map))) => {
                 let parent = graph.group_of[&graph.sheets[sheet].entity.index];
-                graph.add(parent, child, map);
+                let (name, style) = (names::of_occurrence(e), resolver.style(e));
+                graph.add(parent, Child { group: child, map, name, style });
             }
             Ok(None) => {
                 let fault = e.fault("a mapped item without a shape", "a shape representation");
@@ -250,24 +269,29 @@ fn occurrences(resolver: &Resolver, graph: &mut Graph) {
                 continue;
             }
         };
-        for component in uses.get(&e.index).map_or([None].as_slice(), Vec::as_slice) {
+        for used in uses.get(&e.index).map_or([(None, None)].as_slice(), Vec::as_slice) {
+            let (component, name) = (used.0, used.1.clone());
+            let child = |group, map| Child { group, map, name, style: Style::default() };
             let shape = component.and_then(|c| shapes.get(&c)).and_then(|s| graph.group_of.get(s));
             // Some writers exchange both: the occurrence identifies the component.
             if shape == Some(&second) && first != second {
                 if let Some(back) = map.linear.try_inverse() {
                     let back = Affine { linear: back, shift: -(back * map.shift) };
-                    graph.add(first, second, back);
+                    graph.add(first, child(second, back));
                 }
             } else {
-                graph.add(second, first, map);
+                graph.add(second, child(first, map));
             }
         }
     }
 }
 
-/// Components that refer to each relationship, by its instance; `None` where a use does not name its component.
-fn uses_of_relations(resolver: &Resolver) -> FxHashMap<u32, Vec<Option<u32>>> {
-    let mut uses: FxHashMap<u32, Vec<Option<u32>>> = FxHashMap::default();
+/// A use of a relationship: its component and the name of the occurrence, where the file says them.
+type Use = (Option<u32>, Option<Name>);
+
+/// Uses of each relationship, by its instance.
+fn uses_of_relations(resolver: &Resolver) -> FxHashMap<u32, Vec<Use>> {
+    let mut uses: FxHashMap<u32, Vec<Use>> = FxHashMap::default();
     for e in resolver.entities().filter(|e| e.kind() == "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION") {
         let a = e.attributes();
         let Ok(relation) = a.entity(0) else { continue };
@@ -276,8 +300,9 @@ fn uses_of_relations(resolver: &Resolver) -> FxHashMap<u32, Vec<Option<u32>>> {
             continue;
         }
         // NEXT_ASSEMBLY_USAGE_OCCURRENCE(id, name, description, relating, related, ..)
+        let name = usage.as_ref().ok().and_then(|u| names::of_occurrence(*u));
         let component = usage.and_then(|u| u.attributes().entity(4)).ok();
-        uses.entry(relation.index).or_default().push(component.map(|c| c.index));
+        uses.entry(relation.index).or_default().push((component.map(|c| c.index), name));
     }
     uses
 }

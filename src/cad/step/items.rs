@@ -2,16 +2,30 @@
 
 use super::entity::{Entity, Fault, Outcome};
 use super::resolver::{Resolver, Units};
+use std::sync::Arc;
+
 use crate::cad::Severity;
+use crate::cad::attributes::{BodyKind, Name, name};
 use crate::cad::raw::RawFace;
 
-/// Faces of one item, in its own coordinates. Edge numbers are instance numbers; shells are numbered from 0.
+/// A body of an item.
+#[derive(Debug)]
+pub struct ItemBody {
+    pub kind: BodyKind,
+    pub name: Option<Name>,
+    /// Entity, for messages.
+    pub source: String,
+}
+
+/// Faces of one item, in its own coordinates. Edge numbers are instance numbers; shells and bodies are numbered from 0.
 #[derive(Debug, Default)]
 pub struct ItemFaces {
     /// Instance of the item.
     pub entity: u32,
     /// Faces.
     pub faces: Vec<RawFace>,
+    /// Bodies, to which the attributes of the faces refer.
+    pub bodies: Vec<ItemBody>,
     /// Number of shells.
     pub shells: usize,
     /// Number of curves that bound no face.
@@ -118,6 +132,23 @@ fn is_surface(kind: &str) -> bool {
         )
 }
 
+impl ItemFaces {
+    /// The shells that follow belong to a new body.
+    fn begin_body(&mut self, kind: BodyKind, name: Option<Name>, e: Entity) {
+        self.bodies.push(ItemBody { kind, name, source: e.place() });
+    }
+
+    /// Adds a face of no solid or shell.
+    fn extend_loose(&mut self, face: Option<RawFace>, e: Entity) {
+        let Some(mut face) = face else { return };
+        if self.bodies.last().is_none_or(|b| b.kind != BodyKind::Faces) {
+            self.begin_body(BodyKind::Faces, None, e);
+        }
+        Arc::make_mut(&mut face.attributes).body = self.bodies.len() - 1;
+        self.faces.push(face);
+    }
+}
+
 impl<'t> Resolver<'t> {
     /// All faces of an item of [`ItemKind::Shape`].
     ///
@@ -126,7 +157,16 @@ impl<'t> Resolver<'t> {
     pub fn item(&self, e: Entity<'t>, units: Units) -> Outcome<ItemFaces> {
         let mut out = ItemFaces { entity: e.index, ..ItemFaces::default() };
         self.shape(e, units, &mut out, 0)?;
+        self.pass_on(e, &mut out, 0);
         Ok(out)
+    }
+
+    /// Passes layers and colour of `e` on to the faces from `first` on.
+    fn pass_on(&self, e: Entity<'t>, out: &mut ItemFaces, first: usize) {
+        let style = self.style(e);
+        for face in &mut out.faces[first..] {
+            Arc::make_mut(&mut face.attributes).inherit(&style);
+        }
     }
 
     /// Records the fault of a sub-entity, which costs only that entity unless it is fatal.
@@ -173,10 +213,13 @@ impl<'t> Resolver<'t> {
             }
             "SHELL_BASED_SURFACE_MODEL" | "FACE_BASED_SURFACE_MODEL" => {
                 for shell in self.recover(a.entities(1), out)?.unwrap_or_default() {
+                    let named = name(&shell.attributes().text(0)).or_else(|| name(&a.text(0)));
+                    out.begin_body(BodyKind::Shell, named, shell);
                     self.shell(shell, units, out)?;
                 }
             }
             kind if kind.ends_with("SHELL") || kind.starts_with("CONNECTED_FACE") => {
+                out.begin_body(BodyKind::Shell, name(&a.text(0)), e);
                 self.shell(e, units, out)?;
             }
             "GEOMETRIC_SET" => {
@@ -191,12 +234,12 @@ impl<'t> Resolver<'t> {
             "ADVANCED_FACE" | "FACE_SURFACE" | "ORIENTED_FACE" | "FACE" | "SUBFACE" => {
                 let face = self.face(e, units, true);
                 let read = self.recover_face(e, face, out)?;
-                out.faces.extend(read);
+                out.extend_loose(read, e);
             }
             _ => {
                 let face = self.surface_face(e, units);
                 let read = self.recover_face(e, face, out)?;
-                out.faces.extend(read);
+                out.extend_loose(read, e);
             }
         }
         Ok(())
@@ -205,7 +248,10 @@ impl<'t> Resolver<'t> {
     /// `MANIFOLD_SOLID_BREP(name, outer)`, `BREP_WITH_VOIDS(name, outer, voids)`.
     fn solid(&self, e: Entity<'t>, units: Units, out: &mut ItemFaces) -> Outcome<()> {
         let a = e.attributes();
-        if let Some(shell) = self.recover(a.entity(1), out)? {
+        let outer = a.entity(1);
+        let of_shell = || outer.as_ref().ok().and_then(|s| name(&s.attributes().text(0)));
+        out.begin_body(BodyKind::Solid, name(&a.text(0)).or_else(of_shell), e);
+        if let Some(shell) = self.recover(outer, out)? {
             self.shell(shell, units, out)?;
         }
         if e.has("BREP_WITH_VOIDS") {
@@ -222,15 +268,17 @@ impl<'t> Resolver<'t> {
         let found = self.unoriented_shell(e);
         let Some((shell, oriented)) = self.recover(found, out)? else { return Ok(()) };
         let faces = shell.attributes().entities(1);
-        let number = out.shells;
+        let (number, first) = (out.shells, out.faces.len());
         out.shells += 1;
         for face in self.recover(faces, out)?.unwrap_or_default() {
             let read = self.face(face, units, oriented);
             if let Some(mut face) = self.recover_face(face, read, out)? {
                 face.shell = Some(number);
+                Arc::make_mut(&mut face.attributes).body = out.bodies.len().saturating_sub(1);
                 out.faces.push(face);
             }
         }
+        self.pass_on(shell, out, first);
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 //! Layers, from the text upwards: [`lexer`] (tokens) -> [`table`] (instances) -> [`entity`] (attributes by position) ->
 //! [`resolver`] (points, placements, budget), [`units`], [`curve`] and [`form`], [`surface`] -> [`edge`], [`face`],
 //! [`bounded`] (topology) -> [`items`] (solids, shells, sets) -> [`graph`], [`assembly`] and [`place`] (every placed
-//! instance).
+//! instance). [`styles`] and [`names`] say what else the file tells about items and products.
 
 #![forbid(unsafe_code)]
 
@@ -19,8 +19,11 @@ mod graph;
 mod habits;
 mod items;
 mod lexer;
+mod loose;
+mod names;
 mod place;
 mod resolver;
+mod styles;
 mod surface;
 mod table;
 #[cfg(test)]
@@ -28,6 +31,8 @@ mod tests;
 mod units;
 
 use rustc_hash::FxHashMap;
+
+pub use self::loose::read_curves;
 
 use self::resolver::Resolver;
 use self::table::{Table, parse};

@@ -1,5 +1,7 @@
 //! Placement of faces in an assembly.
 
+use std::sync::Arc;
+
 use crate::cad::raw::{RawEdge, RawFace, RawSurface};
 use crate::geometry::nurbs::Curve2;
 use crate::geometry::{Affine, Frame, Vec2};
@@ -132,6 +134,7 @@ pub fn face(face: &RawFace, map: &Affine) -> Option<RawFace> {
         flipped: face.flipped ^ placed.turned,
         source: face.source.clone(),
         shell: face.shell,
+        attributes: Arc::clone(&face.attributes),
     };
     let mirrored = map.linear.determinant() < 0.0;
     for boundary in &mut out.loops {

@@ -1,12 +1,15 @@
 //! State shared by the entity readers: table, work budget, units, placements.
 
-use std::cell::{Cell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::Rc;
+use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
 use super::entity::{Attributes, Entity, Fault, Outcome};
+use super::styles::Styles;
 use super::table::Table;
+use crate::cad::attributes::{self, Style, name};
 use crate::cad::{Diagnostic, Severity};
 use crate::geometry::frame::unit;
 use crate::geometry::nurbs::Curve3;
@@ -57,6 +60,8 @@ pub struct Resolver<'t> {
     pub edges: RefCell<FxHashMap<(u32, u64), Rc<EdgeGeometry>>>,
     /// Edges of poly loops, by the instances of their ends.
     pub poly_edges: RefCell<FxHashMap<[u32; 2], usize>>,
+    /// Colours and layers, read on first use.
+    styles: OnceCell<Styles>,
 }
 
 impl<'t> Resolver<'t> {
@@ -69,7 +74,24 @@ impl<'t> Resolver<'t> {
             diagnostics: RefCell::default(),
             edges: RefCell::default(),
             poly_edges: RefCell::default(),
+            styles: OnceCell::new(),
         }
+    }
+
+    /// Layers and colour of an item.
+    pub(in crate::cad) fn style(&self, item: Entity) -> Style {
+        self.styles.get_or_init(|| Styles::of(self.entities())).style(item)
+    }
+
+    /// Name, layers and colour of a face; its body is not known yet.
+    pub fn attributes_of_face(&self, e: Entity<'t>) -> Arc<attributes::Attributes> {
+        let Style { layers, colour } = self.style(e);
+        Arc::new(attributes::Attributes {
+            body: 0,
+            name: name(&e.attributes().text(0)),
+            layers,
+            colour,
+        })
     }
 
     /// The instance at `index`.

@@ -108,6 +108,7 @@ mod tests {
             flipped: false,
             source: "face".into(),
             shell: None,
+            attributes: Default::default(),
         };
         build(RawModel { faces: vec![face], ..RawModel::default() }, "face")
     }

@@ -19,7 +19,9 @@ use super::terminal::{err, out};
 use crate::audit::{
     Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, doubts, map, page, view,
 };
+use crate::cad::Model;
 use crate::cad::raw::LostFace;
+use crate::convert::select::{Chosen, ChosenReference, SelectError, choose};
 use crate::files::{sha256_hex, write_atomic};
 use crate::report::doubt::Doubt;
 use crate::tool::file::{Provenance, ToolFileError, read};
@@ -76,7 +78,7 @@ fn audits(args: &AuditArgs, cad: &Path) -> Result<Vec<Exit>, Failure> {
         );
     }
     let cad_sha256 = sha256_of(cad)?;
-    let each = |tool: &PathBuf| audited(args, tool, (cad, &cad_sha256), &reference);
+    let each = |tool: &PathBuf| audited(args, tool, (cad, &cad_sha256), (&model, &reference));
     let found = args.tools.iter().map(each).collect::<Result<Vec<_>, _>>()?;
     write_json(args, &found)?;
     let doubts: Vec<Doubt> = found.iter().flat_map(|r| named_doubts(args, r)).collect();
@@ -98,17 +100,24 @@ fn audited(
     args: &AuditArgs,
     tool: &Path,
     (cad, cad_sha256): (&Path, &str),
-    reference: &CadReference<'_>,
+    (model, whole): (&Model, &CadReference<'_>),
 ) -> Result<AuditReport, Failure> {
     let mut loaded = read(tool)?;
-    if loaded.provenance.cad_sha256 != cad_sha256 {
+    let is_same = loaded.provenance.cad_sha256 == cad_sha256;
+    let chosen =
+        chosen(&loaded.provenance, model, is_same).map_err(|e| Failure::of_file(tool, e))?;
+    let part = chosen.as_ref().map(ChosenReference::new);
+    if !is_same {
         err!(
             "warning: {} was made from another file ({}) than {}; each patch is put on the face nearest to it",
             tool.display(),
             loaded.provenance.cad_file,
             cad.display()
         );
-        loaded.model.faces = reference.faces_of(&loaded.model);
+        loaded.model.faces = match &part {
+            Some(part) => part.faces_of(&loaded.model),
+            None => whole.faces_of(&loaded.model),
+        };
     }
     let options = AuditOptions {
         samples: args.samples,
@@ -116,18 +125,42 @@ fn audited(
         normal_tolerance_deg: args.normal_tol,
         ..AuditOptions::default()
     };
-    let mut found = audit(&loaded.model, reference, &options)?;
+    let mut found = match &part {
+        Some(part) => audit(&loaded.model, part, &options)?,
+        None => audit(&loaded.model, whole, &options)?,
+    };
     name_inputs(&mut found.report, tool, cad, [loaded.sha256, cad_sha256.to_owned()]);
     found.report.faces_lost.extend(skipped(&loaded.provenance, &found.report.faces_lost));
     found.report.doubts = doubts(&found.report);
     write_pictures(args, &loaded.model, &found)?;
     let r = &found.report;
+    if let Some(chosen) = &chosen {
+        let (n, all) = (chosen.kept.len(), model.faces.len());
+        out!("{}: made from {n} of {all} faces, compared with these", tool.display());
+    }
     if args.tools.len() > 1 {
         print_row(tool, r);
     } else {
         print_report(r);
     }
     Ok(found.report)
+}
+
+/// The faces from which a tool was made, if they were chosen. In a CAD file other than its own (`is_same` false) they
+/// are all faces where the choice does not apply.
+fn chosen(
+    provenance: &Provenance,
+    model: &Model,
+    is_same: bool,
+) -> Result<Option<Chosen>, SelectError> {
+    let Some(selection) = &provenance.selection else { return Ok(None) };
+    match choose(model, selection) {
+        Err(error) if !is_same => {
+            err!("warning: {error}; compared with all faces of this CAD file");
+            Ok(None)
+        }
+        found => found.map(Some),
+    }
 }
 
 /// Faces that the tool file lists as skipped and that are not in `known`.

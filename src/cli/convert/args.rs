@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use crate::cli::exit::{EXIT_HELP, Failure};
 use crate::cli::mesh::MesherArgs;
 use crate::cli::quantity::{angle_deg, length_mm};
+use crate::cli::select::SelectArgs;
 use crate::convert::reach::Reached;
 use crate::geometry::Vec3;
 
@@ -29,12 +30,26 @@ pub struct ConvertArgs {
     /// Name of the tool; default: from the output file
     #[arg(long)]
     pub(super) name: Option<String>,
-    /// Kind of the patches
-    #[arg(long, value_enum, default_value_t = Kind::Nagata)]
-    pub(super) kind: Kind,
     /// Convert a tool file to this kind: Nagata patches and facets to biquadratic Bezier patches (Eq. 15), and back
     #[arg(long, value_enum, value_name = "KIND")]
     pub(super) to: Option<To>,
+    /// For a mesh without CAD: elements at a larger angle meet in a crease, where normals are estimated [degrees];
+    /// default 40
+    #[arg(long, value_name = "DEG", value_parser = angle_deg)]
+    pub(super) crease_deg: Option<f64>,
+    /// Use this mesh (.msh, .stl, .obj, .vtu; other formats through Python's meshio) instead of making one
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["normal_tol", "patches", "reach"])]
+    pub(super) mesh: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) how: HowArgs,
+}
+
+/// How a CAD file becomes a tool model.
+#[derive(Debug, Clone, clap::Args)]
+pub struct HowArgs {
+    /// Kind of the patches
+    #[arg(long, value_enum, default_value_t = Kind::Nagata)]
+    pub(super) kind: Kind,
     /// Curvature of edges; default `guarded`, with --tol or --patches `cad`
     #[arg(long, value_enum)]
     pub(super) edge: Option<Edge>,
@@ -50,21 +65,14 @@ pub struct ConvertArgs {
     /// Normals of neighbouring faces closer than this are merged [degrees]
     #[arg(long, value_name = "DEG", default_value_t = 0.5)]
     pub(super) smooth_deg: f64,
-    /// For a mesh without CAD: elements at a larger angle meet in a crease, where normals are estimated [degrees];
-    /// default 40
-    #[arg(long, value_name = "DEG", value_parser = angle_deg)]
-    pub(super) crease_deg: Option<f64>,
-    /// Use this mesh (.msh, .stl, .obj, .vtu; other formats through Python's meshio) instead of making one
-    #[arg(long, value_name = "FILE")]
-    pub(super) mesh: Option<PathBuf>,
     /// Refine until the largest |shape error| is within this, as `0.01mm` [mm], with the fewest patches
     #[arg(long, value_name = "LENGTH", value_parser = length_mm, conflicts_with = "patches")]
     pub(super) tol: Option<f64>,
     /// Refine until the largest normal error is within this, as `0.5deg` [degrees]; not for --kind bezier
-    #[arg(long, value_name = "ANGLE", value_parser = angle_deg, conflicts_with_all = ["mesh", "patches"])]
+    #[arg(long, value_name = "ANGLE", value_parser = angle_deg, conflicts_with = "patches")]
     pub(super) normal_tol: Option<f64>,
     /// Smallest error for this number of patches; not for --kind bezier
-    #[arg(long, value_name = "N", conflicts_with = "mesh")]
+    #[arg(long, value_name = "N")]
     pub(super) patches: Option<usize>,
     /// With --tol, --normal-tol or --patches, not for --kind bezier: keep all vertices on the CAD surface instead of
     /// balancing the error on both sides
@@ -75,8 +83,10 @@ pub struct ConvertArgs {
     pub(super) borders: Borders,
     /// Exclude faces that the sheet of this scene cannot touch; the tool is the one of this name or output file in the
     /// scene
-    #[arg(long, value_name = "SCENE", conflicts_with = "mesh")]
+    #[arg(long, value_name = "SCENE")]
     pub(super) reach: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) select: SelectArgs,
     #[command(flatten)]
     pub(super) mesher: MesherArgs,
 }
@@ -161,27 +171,28 @@ impl SheetSide {
 impl ConvertArgs {
     /// Input files.
     pub(super) fn inputs(&self) -> Vec<&Path> {
-        let more = [&self.mesh, &self.reach].into_iter().flatten().map(PathBuf::as_path);
-        std::iter::once(self.file.as_path()).chain(more).collect()
+        let more = [&self.mesh, &self.how.reach].into_iter().flatten().map(PathBuf::as_path);
+        std::iter::once(self.file.as_path()).chain(more).chain(self.how.select.files()).collect()
     }
 
     /// The edge rule, including the default.
     pub(super) fn edge(&self) -> Edge {
         let usual = if self.is_refined() { Edge::Cad } else { Edge::Guarded };
-        self.edge.unwrap_or(usual)
+        self.how.edge.unwrap_or(usual)
     }
 
     /// Whether the mesh is refined to a goal.
     pub(super) fn is_refined(&self) -> bool {
-        let asked = self.tol.is_some() || self.normal_tol.is_some() || self.patches.is_some();
-        asked && self.kind != Kind::Bezier
+        let asked =
+            self.how.tol.is_some() || self.how.normal_tol.is_some() || self.how.patches.is_some();
+        asked && self.how.kind != Kind::Bezier
     }
 
     /// Sheet side and flip; a conversion with --reach has applied them to the whole model.
     pub(super) fn side_and_flip(&self, reached: Option<&Reached>) -> (Option<Vec3>, bool) {
         match reached {
             Some(reached) => (None, reached.turned),
-            None => (self.sheet_side.map(SheetSide::direction), self.flip),
+            None => (self.how.sheet_side.map(SheetSide::direction), self.how.flip),
         }
     }
 
@@ -203,11 +214,11 @@ impl ConvertArgs {
 
     /// Refuses options of the refinement of Nagata patches or facets if there is none.
     pub(super) fn check_refinement(&self) -> Result<(), Failure> {
-        let kind = self.kind == Kind::Bezier;
+        let kind = self.how.kind == Kind::Bezier;
         let refused = [
-            ("--patches", self.patches.is_some() && kind),
-            ("--normal-tol", self.normal_tol.is_some() && kind),
-            ("--on-cad", self.on_cad && kind),
+            ("--patches", self.how.patches.is_some() && kind),
+            ("--normal-tol", self.how.normal_tol.is_some() && kind),
+            ("--on-cad", self.how.on_cad && kind),
         ];
         if let Some((option, _)) = refused.into_iter().find(|r| r.1) {
             return Err(Failure::input(format!(
@@ -215,7 +226,7 @@ impl ConvertArgs {
                  the CAD interpolate it and are made finer until they are within --tol; leave {option} out"
             )));
         }
-        if self.on_cad && !self.is_refined() {
+        if self.how.on_cad && !self.is_refined() {
             return Err(Failure::input(
                 "--on-cad without --tol, --normal-tol or --patches; allowed: with one of them; nothing is balanced without, \
                  all vertices are on the CAD anyway; leave --on-cad out",
@@ -226,10 +237,10 @@ impl ConvertArgs {
 
     /// Refuses independent borders if no face is divided.
     pub(super) fn check_borders(&self) -> Result<(), Failure> {
-        let reason = match self.borders {
+        let reason = match self.how.borders {
             Borders::Conforming => return Ok(()),
             _ if self.to.is_some() => "with --to; a tool file keeps the borders it has",
-            _ if self.kind == Kind::Bezier => {
+            _ if self.how.kind == Kind::Bezier => {
                 "with --kind bezier; patches straight from the CAD share their control points; convert to --kind nagata and that file with --to bezier"
             }
             _ if !self.is_refined() => {

@@ -12,12 +12,12 @@ use crate::mesh::io;
 /// Prints and refuses a model with folded patches, unless they are allowed.
 pub(super) fn refuse_folds(args: &ConvertArgs, made: &Converted) -> Result<(), Failure> {
     let count = made.report.folded.len();
-    if count == 0 || args.allow_folds || args.edge() == Edge::Plain {
+    if count == 0 || args.how.allow_folds || args.edge() == Edge::Plain {
         return Ok(());
     }
     print_report(made);
     let file = args.file.display();
-    let is_built_in = args.mesh.is_none() && args.mesher.is_built_in();
+    let is_built_in = args.mesh.is_none() && args.how.mesher.is_built_in();
     let divided = is_built_in && !io::is_mesh(&args.file);
     let advice = if divided {
         "dividing these faces more finely was tried and did not unfold them; repair them in the CAD (`kanagata inspect FILE --health` \
@@ -49,7 +49,7 @@ pub(super) fn warn_of_folds(args: &ConvertArgs, made: &Converted) {
     }
     let advice = if args.edge() == Edge::Plain {
         "--edge guarded or cad keeps edges from turning back"
-    } else if args.mesh.is_none() && args.mesher.is_built_in() && !io::is_mesh(&args.file) {
+    } else if args.mesh.is_none() && args.how.mesher.is_built_in() && !io::is_mesh(&args.file) {
         "without --allow-folds their faces are divided more finely, which may unfold them"
     } else {
         "a finer mesh may unfold them"

@@ -18,38 +18,37 @@ use crate::tool::exchange::{to_bezier, to_nagata};
 use crate::tool::file::ToolFile;
 
 /// Makes Bezier patches directly from the CAD, with 1, 2, 3, 4, 6, ... patches per 90 degrees until they are within the
-/// tolerance.
+/// tolerance, and writes the file; `numbers` are those of the faces in the CAD file.
 pub(super) fn bezier(
     args: &ConvertArgs,
     model: &Model,
     reached: Option<&Reached>,
-) -> Result<Exit, Failure> {
+    numbers: Option<&[usize]>,
+) -> Result<Within, Failure> {
     const TOLERANCE: f64 = 1e-4;
-    let tolerance_mm = args.tol.unwrap_or(TOLERANCE);
+    let tolerance_mm = args.how.tol.unwrap_or(TOLERANCE);
     let (sheet_side, flip) = args.side_and_flip(reached);
     let name = args.name.clone().unwrap_or_else(|| stem(&args.output));
     let options = BezierOptions { name, tolerance_mm, sheet_side, flip };
     let make = |model: &Model| made_within(args, model, &options);
-    let (made, part) = skipping(args.mesher.skips_faces(), model, make)?;
+    let (made, part) = skipping(args.how.mesher.skips_faces(), model, make)?;
     let (mut within, mesher) = made;
-    let numbers = [part.as_ref().map(|p| &p.kept), reached.map(|r| &r.kept)];
-    numbers.into_iter().flatten().for_each(|kept| renumber(&mut within.tool, kept));
+    let lists = [part.as_ref().map(|p| &p.kept[..]), reached.map(|r| &r.kept[..]), numbers];
+    lists.into_iter().flatten().for_each(|kept| renumber(&mut within.tool, kept));
     let lost = part.as_ref().map_or(&model.lost, |p| &p.model.lost);
     let mut provenance = provenance(args, (model, lost), Some(within.report.error_mm), reached)?;
     if args.mesh.is_none() {
-        let first = args.mesher.describe();
+        let first = args.how.mesher.describe();
         let last = mesher.with_divisions(within.divisions).describe();
         provenance.mesher = provenance.mesher.replacen(&first, &last, 1);
     }
     provenance.mesher += &format!(" bezier tol-mm={tolerance_mm}");
     ToolFile::of_model(&within.tool, EdgeRule::Guarded, provenance).write(&args.output)?;
-    print_within(&within, reached);
-    out!("  {}", args.output.display());
-    Ok(Exit::Done)
+    Ok(within)
 }
 
 /// Prints the figures of a Bezier tool and warns about folded patches.
-fn print_within(within: &Within, reached: Option<&Reached>) {
+pub(super) fn print_within(within: &Within, reached: Option<&Reached>) {
     let Within { tool, report, .. } = within;
     out!(
         "{} patches of degree up to {}, largest distance {:.2e} mm from the CAD's surfaces",
@@ -90,13 +89,13 @@ fn made_within(
             Some(mesh) => Ok(mesh.clone()),
             None => mesher.with_divisions(divisions).mesh(&args.file, model),
         };
-        within_tolerance(model, options, args.allow_folds, finest, mesh)
+        within_tolerance(model, options, args.how.allow_folds, finest, mesh)
     };
-    let error = match made(&args.mesher) {
-        Ok(within) => return Ok((within, args.mesher.clone())),
+    let error = match made(&args.how.mesher) {
+        Ok(within) => return Ok((within, args.how.mesher.clone())),
         Err(error) => error,
     };
-    let other = args.mesher.mixed().filter(|_| given.is_none());
+    let other = args.how.mesher.mixed().filter(|_| given.is_none());
     if matches!(error, BezierError::NotReached { .. })
         && let Some(mixed) = other
         && let Ok(within) = made(&mixed)

@@ -44,15 +44,17 @@ pub(super) fn convert(args: &ConvertArgs) -> Result<Exit, Failure> {
 fn check(args: &ConvertArgs) -> Result<(), Failure> {
     let option = if args.mesh.is_some() {
         "--mesh"
-    } else if args.is_refined() || args.tol.is_some() {
+    } else if args.is_refined() || args.how.tol.is_some() {
         "--tol, --normal-tol or --patches"
-    } else if args.reach.is_some() {
+    } else if args.how.reach.is_some() {
         "--reach"
-    } else if args.kind == Kind::Bezier {
+    } else if args.how.select.is_given() {
+        "a choice of faces"
+    } else if args.how.kind == Kind::Bezier {
         "--kind bezier"
-    } else if args.edge == Some(Edge::Cad) {
+    } else if args.how.edge == Some(Edge::Cad) {
         "--edge cad"
-    } else if !args.mesher.is_built_in() {
+    } else if !args.how.mesher.is_built_in() {
         "--mesher gmsh"
     } else {
         return Ok(());
@@ -77,6 +79,7 @@ fn provenance(args: &ConvertArgs, source: &NormalSource) -> Result<Provenance, F
         cad_sha256: sha256_hex(&bytes),
         cad_unit: "mm".into(),
         mesher: format!("mesh file without CAD, normals {normals}"),
+        selection: None,
         faces_lost: Vec::new(),
         program: concat!("kanagata ", env!("CARGO_PKG_VERSION")).into(),
         shape_error_mm: None,

@@ -13,7 +13,7 @@ pub(super) fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertO
     let (sheet_side, flip) = args.side_and_flip(reached);
     ConvertOptions {
         name: args.name.clone().unwrap_or_else(|| stem(&args.output)),
-        kind: match args.kind {
+        kind: match args.how.kind {
             Kind::Nagata => ToolKind::Nagata,
             Kind::Facets => ToolKind::Facets,
             Kind::Bezier => ToolKind::Bezier,
@@ -23,10 +23,10 @@ pub(super) fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertO
             Edge::Guarded | Edge::Cad => EdgeRule::Guarded,
         },
         through_cad: args.edge() == Edge::Cad,
-        smooth_deg: args.smooth_deg,
+        smooth_deg: args.how.smooth_deg,
         sheet_side,
         flip,
-        straighten: args.tol.is_some() || args.patches.is_some(),
+        straighten: args.how.tol.is_some() || args.how.patches.is_some(),
     }
 }
 

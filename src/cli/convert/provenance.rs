@@ -20,7 +20,7 @@ pub(super) fn provenance(
     let bytes = crate::files::read(&args.file, crate::files::Input::Cad)
         .map_err(|e| Failure::new(Exit::Io, format!("cannot read {}: {e}", args.file.display())))?;
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let within = reached.zip(args.reach.as_deref()).map_or_else(String::new, |(r, scene)| {
+    let within = reached.zip(args.how.reach.as_deref()).map_or_else(String::new, |(r, scene)| {
         let all = r.kept.len() + r.left_out.len();
         format!(" reach={} faces={}/{all}", name(scene), r.kept.len())
     });
@@ -31,10 +31,11 @@ pub(super) fn provenance(
         mesher: match &args.mesh {
             Some(path) => format!("mesh file {}", name(path)),
             None if args.is_refined() => {
-                format!("{}{}", args.mesher.describe_refinement(), goal(args))
+                format!("{}{}", args.how.mesher.describe_refinement(), goal(args))
             }
-            None => args.mesher.describe(),
+            None => args.how.mesher.describe(),
         } + &within,
+        selection: args.how.select.selection()?,
         faces_lost: lost.iter().map(|f| f.source.clone()).collect(),
         program: concat!("kanagata ", env!("CARGO_PKG_VERSION")).into(),
         shape_error_mm,
@@ -43,12 +44,12 @@ pub(super) fn provenance(
 
 /// The goal of a refinement, for the provenance.
 fn goal(args: &ConvertArgs) -> String {
-    let tol = args.tol.map_or_else(String::new, |t| format!(" tol-mm={t}"));
-    let normal = args.normal_tol.map_or_else(String::new, |t| format!(" normal-tol-deg={t}"));
-    let patches = args.patches.map_or_else(String::new, |n| format!(" patches={n}"));
-    let vertices = if args.on_cad { " vertices=on-cad" } else { " vertices=balanced" };
+    let tol = args.how.tol.map_or_else(String::new, |t| format!(" tol-mm={t}"));
+    let normal = args.how.normal_tol.map_or_else(String::new, |t| format!(" normal-tol-deg={t}"));
+    let patches = args.how.patches.map_or_else(String::new, |n| format!(" patches={n}"));
+    let vertices = if args.how.on_cad { " vertices=on-cad" } else { " vertices=balanced" };
     let edges = format!(" edges={}", format!("{:?}", args.edge()).to_lowercase());
-    let borders = match args.borders {
+    let borders = match args.how.borders {
         Borders::Conforming => "",
         Borders::Independent => " borders=independent",
     };

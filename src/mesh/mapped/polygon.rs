@@ -174,6 +174,7 @@ pub(super) mod tests {
             flipped: false,
             source: "plane".into(),
             shell: None,
+            attributes: Default::default(),
         }
     }
 

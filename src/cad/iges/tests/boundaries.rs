@@ -243,14 +243,14 @@ fn curves_nothing_uses_are_counted() {
         item(110, 0, "0.,0.,0.,1.,0.,0."),
         item(110, 0, "0.,0.,0.,1.,0.,0."),
         item(106, 1, "2,1,0.,0.,0."),
-        item(314, 0, "1.,2.,3."),
+        item(304, 1, "0,0"),
     ];
     let model = read_bytes(&file(&items), "test").unwrap();
     assert_eq!((model.loose_curves, model.faces.len()), (2, 0));
     assert_eq!(model.entities["110:0"], 2);
     assert_eq!(model.diagnostics.len(), 1);
     assert_eq!(model.diagnostics[0].code, "entity-skipped");
-    assert!(model.diagnostics[0].place.ends_with("(D9, entity 314)"), "{:?}", model.diagnostics);
+    assert!(model.diagnostics[0].place.ends_with("(D9, entity 304)"), "{:?}", model.diagnostics);
 }
 
 /// Square surfaces of side 4, 10 mm apart, each an untrimmed surface, and the entities in `more`.

@@ -69,6 +69,7 @@ impl Builder {
             flipped: false,
             source,
             shell: None,
+            attributes: Default::default(),
         });
         self
     }

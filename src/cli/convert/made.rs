@@ -1,0 +1,46 @@
+//! A tool whose file is written, and what is printed of it.
+
+use std::collections::BTreeSet;
+
+use super::args::ConvertArgs;
+use super::converted::Converted;
+use super::folds::warn_of_folds;
+use super::kinds::print_within;
+use super::print::{print_reach, print_report};
+use crate::convert::bezier::Within;
+use crate::convert::reach::Reached;
+
+/// A tool whose file is written.
+pub(super) enum Made {
+    /// Nagata patches or facets.
+    Patches { made: Box<Converted>, reached: Option<Reached> },
+    /// Bezier patches.
+    Bezier { within: Box<Within>, reached: Option<Reached> },
+}
+
+impl Made {
+    /// Prints the figures of the tool, and warnings.
+    pub(super) fn print(&self, args: &ConvertArgs) {
+        match self {
+            Self::Patches { made, reached } => {
+                print_report(made);
+                warn_of_folds(args, made);
+                reached.iter().for_each(print_reach);
+            }
+            Self::Bezier { within, reached } => print_within(within, reached.as_ref()),
+        }
+    }
+
+    /// Numbers of faces and patches, and the shape error where it is known.
+    pub(super) fn figures(&self) -> String {
+        let (tool, error_mm) = match self {
+            Self::Patches { made, .. } => {
+                (&made.tool, made.refined.as_ref().map(|fit| fit.audit.worst_mm()))
+            }
+            Self::Bezier { within, .. } => (&within.tool, Some(within.report.error_mm)),
+        };
+        let faces: BTreeSet<u32> = tool.faces.iter().copied().collect();
+        let error = error_mm.map_or_else(String::new, |e| format!(", shape error {e:.5} mm"));
+        format!("{} faces, {} patches{error}", faces.len(), tool.patches.len())
+    }
+}

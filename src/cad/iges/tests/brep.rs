@@ -160,3 +160,45 @@ fn a_loop_against_its_shell_on_a_closed_surface_is_doubted() {
     assert_eq!(doubts[0].severity, Severity::Warning);
     assert_eq!(doubts[0].place, model.faces[0].source);
 }
+
+/// A quarter of a ring about z, of the tube a quarter too: radii 5 and 1. Its parameter curves run along the tube first,
+/// and about the axis in the negative sense.
+fn fillet() -> Vec<u8> {
+    let mut solid = Solid::new(&[[6., 0., 0.], [0., 6., 0.], [0., 5., 1.], [5., 0., 1.]]);
+    let upright = "1.,0.,0.,0.,0.,0.,-1.,0.,0.,1.,0.,0.";
+    let [a, b] = [upright, TURNS[0]].map(|t| u32::try_from(solid.add(item(124, 0, t))).unwrap());
+    let tube = "0.,5.,0.,6.,0.,5.,1.";
+    solid.edge(item(100, 0, "0.,0.,0.,6.,0.,0.,6."), [1, 2]);
+    solid.edge(moved(100, 0, b, tube), [2, 3]);
+    solid.edge(item(100, 0, "1.,0.,0.,5.,0.,0.,5."), [4, 3]);
+    solid.edge(moved(100, 0, a, tube), [1, 4]);
+    let [centre, axis, reference] = solid.axes(["0.,0.,0.", Z, X]);
+    let torus = solid.add(item(198, 1, format!("{centre},{axis},5.,1.,{reference}")));
+    let uses = [
+        (1, Some("0.,360.,0.,0.,270.,0.")),
+        (2, Some("0.,270.,0.,90.,270.,0.")),
+        (-3, Some("90.,270.,0.,90.,360.,0.")),
+        (-4, Some("90.,360.,0.,0.,360.,0.")),
+    ];
+    solid.face(torus, false, &uses);
+    solid.bytes()
+}
+
+#[test]
+fn parameter_curves_along_the_tube_first_are_accepted() {
+    let raw = read_bytes(&fillet(), "test").unwrap();
+    let codes: Vec<_> = raw.diagnostics.iter().map(|d| d.code).collect();
+    assert_eq!(codes, ["parameters-other"]);
+    let edges = &raw.faces[0].loops[0].edges;
+    for edge in edges {
+        let (flat, curve) = (edge.pcurve.as_ref().unwrap(), edge.curve.as_ref().unwrap());
+        for k in 0..=4 {
+            let at = |[a, b]: [f64; 2]| a + (b - a) * f64::from(k) / 4.0;
+            let on = point_on(&raw.faces[0].surface, flat.point(at(flat.domain()))).unwrap();
+            assert!(curve.closest(&on).1.sqrt() < 1e-9, "{on:?}");
+        }
+    }
+    let (model, _) = build(raw, "fillet");
+    let expected = 0.5 * PI * (2.5 * PI + 1.0);
+    assert!((area(&model) - expected).abs() < 1e-8, "{}", area(&model));
+}

@@ -1,6 +1,6 @@
 //! Consistent orientation of joined faces.
 
-use super::model::Model;
+use super::model::{Model, SurfaceKind};
 use super::{Diagnostic, Severity};
 
 impl Model {
@@ -31,6 +31,7 @@ pub(super) fn make_consistent(model: &mut Model) -> Vec<Diagnostic> {
         let majority = 2 * turned > part.len();
         let flips: Vec<usize> =
             part.iter().copied().filter(|&f| turn[f] == Some(!majority)).collect();
+        diagnostics.extend(flips.iter().filter_map(|&f| doubt(model, f)));
         for &f in &flips {
             model.faces[f].flipped = !model.faces[f].flipped;
         }
@@ -53,6 +54,26 @@ pub(super) fn make_consistent(model: &mut Model) -> Vec<Diagnostic> {
         }
     }
     diagnostics
+}
+
+/// Warning `side-doubtful` for a face to be reversed whose region follows from the direction of its loops. On a closed
+/// surface loops bound two regions; a face of a shell that contradicts its neighbours may be the wrong one.
+fn doubt(model: &Model, f: usize) -> Option<Diagnostic> {
+    let face = &model.faces[f];
+    let is_own = |edge: usize| model.edges[edge].uses.iter().all(|u| u[0] == f);
+    let has_natural_border = || {
+        let [outer, _, ..] = face.loops.as_slice() else { return false };
+        outer.uses.iter().all(|u| u.edge.is_none_or(is_own))
+    };
+    let is_closed = matches!(face.kind, SurfaceKind::Sphere | SurfaceKind::Torus);
+    if face.shell.is_none() || !(is_closed || has_natural_border()) {
+        return None;
+    }
+    let text = "its loops run against those of its neighbours in the shell, and its surface is closed: the face may be the \
+                region on the other side of its loops; compare its area with that in the CAD, or export it again"
+        .into();
+    let place = face.source.clone();
+    Some(Diagnostic { severity: Severity::Warning, code: "side-doubtful", place, text })
 }
 
 /// For each face its neighbours across edges, and whether their orientations agree.

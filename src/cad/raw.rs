@@ -181,6 +181,14 @@ pub struct RawLoop {
     pub vertex: Option<Vec3>,
 }
 
+impl RawLoop {
+    /// Reverses the direction of the loop.
+    pub fn reverse(&mut self) {
+        self.edges.reverse();
+        self.edges.iter_mut().for_each(RawEdge::reverse);
+    }
+}
+
 /// One edge of a loop; both curves have the direction of the loop.
 #[derive(Debug, Clone, Default)]
 pub struct RawEdge {
@@ -194,4 +202,13 @@ pub struct RawEdge {
     pub edge_id: Option<usize>,
     /// Start and end vertex given by the file, if it has topology [mm].
     pub ends: Option<[Vec3; 2]>,
+}
+
+impl RawEdge {
+    /// Reverses the direction of both curves.
+    pub fn reverse(&mut self) {
+        self.curve = self.curve.take().map(|c| c.reversed());
+        self.pcurve = self.pcurve.take().map(|c| c.reversed());
+        self.ends = self.ends.map(|[a, b]| [b, a]);
+    }
 }

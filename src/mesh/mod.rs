@@ -9,6 +9,7 @@ pub mod attach;
 pub mod error;
 mod external;
 pub mod gmsh;
+mod inverted;
 pub mod io;
 pub mod mapped;
 pub mod quality;

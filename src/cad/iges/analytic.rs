@@ -83,6 +83,11 @@ impl Reader<'_, '_> {
             let slant = v * second.to_radians().cos();
             maps.extend([UvMap::scales(degree, slant), UvMap::scales(flip, slant)]);
         }
+        if kind == 198 {
+            // Open CASCADE: the angle about the tube first, then that about the axis in the opposite sense.
+            let turned = [UvMap::scales(-degree, v), UvMap::scales(-flip, in_radians)];
+            maps.extend(turned.map(UvMap::swapped));
+        }
         Ok(BasisSurface { maps, ..BasisSurface::plain(surface, None) })
     }
 

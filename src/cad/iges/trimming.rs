@@ -77,6 +77,11 @@ impl Reader<'_, '_> {
             .map(|(drafts, outer)| raw_loop(drafts, *outer))
             .collect();
         self.check_curves(entity, &out)?;
+        if turn {
+            // In the file a loop runs about the normal of the surface (508), whatever the shell (514) makes of the face.
+            // The loops of a raw face run about its outward normal.
+            out.iter_mut().for_each(RawLoop::reverse);
+        }
         if to_domain && (!out.is_empty() || basis.narrowed) {
             let Some(domain) = basis.domain else {
                 return Err(self.file.fault(

@@ -3,7 +3,6 @@
 use super::edge::flattened;
 use super::entity::{Entity, Outcome};
 use super::form::extent;
-use super::place::reverse_edge;
 use super::resolver::{Resolver, Units};
 use super::surface::Supported;
 use crate::cad::Severity;
@@ -105,7 +104,7 @@ impl<'t> Resolver<'t> {
                 return Err(curve.fault("a boundary curve on another surface", "one on the basis"));
             }
             if !sense {
-                reverse_edge(&mut edge);
+                edge.reverse();
             }
             edges.push(edge);
         }
@@ -147,7 +146,7 @@ fn chain(edges: &mut [RawEdge]) -> Option<usize> {
         let (before, after) = (ends(&edges[(k + n - 1) % n])?[1], ends(&edges[(k + 1) % n])?[0]);
         let gap = |a: Vec3, b: Vec3| (before - a).norm() + (b - after).norm();
         if n > 2 && gap(to, from) < 0.01 * gap(from, to) {
-            reverse_edge(&mut edges[k]);
+            edges[k].reverse();
             turned += 1;
         }
     }

@@ -3,7 +3,6 @@
 use std::rc::Rc;
 
 use super::entity::{Entity, Outcome};
-use super::place::reverse_edge;
 use super::resolver::{EdgeGeometry, REFERENCE_DEPTH_MAX, Resolver, Units};
 use super::surface::Supported;
 use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawSurface};
@@ -57,10 +56,7 @@ impl<'t> Resolver<'t> {
             bounds.into_iter().map(|b| self.raw_loop(b, &on, flipped, units)).collect();
         loops.retain(|l| l.vertex.is_some() || !l.edges.is_empty());
         if !oriented {
-            for boundary in &mut loops {
-                boundary.edges.reverse();
-                boundary.edges.iter_mut().for_each(reverse_edge);
-            }
+            loops.iter_mut().for_each(RawLoop::reverse);
         }
         let flipped = flipped ^ !oriented;
         let attributes = self.attributes_of_face(e);

@@ -142,8 +142,7 @@ pub fn face(face: &RawFace, map: &Affine) -> Option<RawFace> {
         boundary.edges.iter_mut().for_each(|edge| move_edge(edge, map, placed.scales));
         if mirrored {
             // A reflection reverses the loop about the outward normal: traverse it backwards.
-            boundary.edges.reverse();
-            boundary.edges.iter_mut().for_each(reverse_edge);
+            boundary.reverse();
         }
     }
     Some(out)
@@ -159,11 +158,4 @@ fn move_edge(edge: &mut RawEdge, map: &Affine, [su, sv]: [f64; 2]) {
             Curve2::try_new(c.degree(), c.knots().to_vec(), points, weights).ok()
         });
     }
-}
-
-/// Reverses an edge.
-pub fn reverse_edge(edge: &mut RawEdge) {
-    edge.curve = edge.curve.take().map(|c| c.reversed());
-    edge.pcurve = edge.pcurve.take().map(|c| c.reversed());
-    edge.ends = edge.ends.map(|[a, b]| [b, a]);
 }

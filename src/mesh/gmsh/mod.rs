@@ -18,7 +18,7 @@ mod script;
 #[cfg(all(test, unix))]
 mod tests;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 pub use self::options::{GmshAlgorithm, GmshOptions};
@@ -27,6 +27,7 @@ use self::faults::Fault;
 use self::plan::Plan;
 use self::run::Run;
 use super::external::{from_any_folder, on_path, work_folder};
+use super::inverted::{self, Mended};
 use super::{MeshError, MeshReport, SurfaceMesh, attach};
 use crate::cad::Model;
 use crate::geometry::Aabb;
@@ -52,7 +53,7 @@ const REJECTION_ROUNDS: usize = 3;
 ///
 /// # Errors
 /// [`MeshError::Option`]; [`MeshError::GmshAbsent`]; [`MeshError::GmshFailed`] with the end of the log when there is no
-/// mesh or the time limit is reached; [`MeshError::Check`] for missing faces or a wrong area.
+/// mesh or the time limit is reached; [`MeshError::Check`] for missing faces, inverted elements or a wrong area.
 pub fn mesh(cad: &Path, model: &Model, options: &GmshOptions) -> Result<GmshMesh, MeshError> {
     options.check()?;
     let program = find(options.program.as_deref())?;
@@ -75,11 +76,47 @@ pub fn mesh(cad: &Path, model: &Model, options: &GmshOptions) -> Result<GmshMesh
 
 /// A mesh with valid grids, after the check of faces and areas.
 fn checked(run: &Run<'_>, model: &Model, options: &GmshOptions) -> Result<GmshMesh, MeshError> {
-    let (mesh, notes) = with_grids(run, model, options)?;
-    let report = MeshReport::new(&mesh, model);
+    let (mut mesh, mut notes) = with_grids(run, model, options)?;
+    let mut report = MeshReport::new(&mesh, model);
+    if report.inverted > 0 {
+        let mended = inverted::mend(&mut mesh, model);
+        notes.extend(note_of_mending(&mended));
+        inverted::check(&mesh, model)?;
+        report = MeshReport::new(&mesh, model);
+    }
     report.check(model, options.area_tolerance)?;
     report.check_faces(model, options.face_tolerance())?;
     Ok(GmshMesh { mesh, notes })
+}
+
+/// Message on changes of the mesh; `None` without any.
+fn note_of_mending(mended: &Mended) -> Option<String> {
+    let Mended { inverted, moved, split, .. } = mended;
+    (moved + split > 0).then(|| {
+        format!(
+            "{inverted} elements of gmsh were inverted against the CAD normal: {moved} nodes moved on their faces, {split} \
+             quadrilaterals split in two triangles"
+        )
+    })
+}
+
+/// The mesh attached to the model, with the elements of each surface oriented alike: gmsh orients them so, and an
+/// element that looks the other way is inverted.
+fn attached(found: &SurfaceMesh, model: &Model) -> Result<SurfaceMesh, MeshError> {
+    let mut mesh = attach(found, model)?;
+    let turned = |k: usize| mesh.elements[k].nodes() != found.elements[k].nodes();
+    let turned: Vec<bool> = (0..mesh.elements.len()).map(turned).collect();
+    let mut votes: BTreeMap<u32, [usize; 2]> = BTreeMap::new();
+    for (e, &turned) in found.elements.iter().zip(&turned) {
+        votes.entry(e.face).or_default()[usize::from(turned)] += 1;
+    }
+    for (k, e) in found.elements.iter().enumerate() {
+        let [kept, reversed] = votes[&e.face];
+        if turned[k] != (reversed > kept) {
+            mesh.elements[k] = mesh.elements[k].reversed();
+        }
+    }
+    Ok(mesh)
 }
 
 /// The mesh with as many valid grids as possible, and the reasons for those rejected.
@@ -90,7 +127,7 @@ fn with_grids(
 ) -> Result<(SurfaceMesh, Vec<String>), MeshError> {
     let mut notes = Vec::new();
     if !options.has_grids() && !options.divides_by_turning_angle() {
-        return Ok((attach(&run.surfaces(&Plan::default())?, model)?, notes));
+        return Ok((attached(&run.surfaces(&Plan::default())?, model)?, notes));
     }
     let outline = run.outline()?;
     let mut refused = BTreeSet::new();
@@ -103,7 +140,7 @@ fn with_grids(
             refused.extend(outline.surfaces.keys().copied());
         }
         let plan = Plan::new(&outline, options, &refused);
-        let found = run.surfaces(&plan).and_then(|found| Ok((attach(&found, model)?, found)));
+        let found = run.surfaces(&plan).and_then(|found| Ok((attached(&found, model)?, found)));
         let (mesh, found) = match found {
             Err(error) if !plan.grids.is_empty() => {
                 notes.push(note_without_grids(&error));
@@ -120,7 +157,7 @@ fn with_grids(
             return Ok((mesh, notes));
         }
     }
-    let mesh = attach(&run.surfaces(&Plan::default())?, model)?;
+    let mesh = attached(&run.surfaces(&Plan::default())?, model)?;
     Ok((mesh, notes))
 }
 

@@ -2,8 +2,9 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 
 use super::*;
+use crate::cad::model::SurfaceKind;
 use crate::geometry::Vec3;
-use crate::mesh::mapped::MeshStyle;
+use crate::mesh::mapped::{MappedOptions, MeshStyle};
 
 /// One script at a time: a file that is open while another process starts cannot be executed.
 static ONE: std::sync::Mutex<()> = std::sync::Mutex::new(());
@@ -35,8 +36,13 @@ fn model(file: &str) -> Model {
     crate::cad::read(&fixture(file)).unwrap().0
 }
 
-/// Result of meshing a part with a script that produces `mesh`.
+/// Error of meshing a part with a script that produces `mesh`.
 fn outcome_of(mesh: &SurfaceMesh, file: &str) -> MeshError {
+    result_of(mesh, file).unwrap_err()
+}
+
+/// Result of meshing a part with a script that produces `mesh`.
+fn result_of(mesh: &SurfaceMesh, file: &str) -> Result<GmshMesh, MeshError> {
     let _one = ONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let folder = tempfile::tempdir().unwrap();
     let given = folder.path().join("given.msh");
@@ -44,7 +50,7 @@ fn outcome_of(mesh: &SurfaceMesh, file: &str) -> MeshError {
     let program = stand_in(folder.path(), &format!("cp '{}' out.msh", given.display()));
     let options =
         GmshOptions { program: Some(program), style: MeshStyle::Quads, ..GmshOptions::default() };
-    super::mesh(&fixture(file), &model(file), &options).unwrap_err()
+    super::mesh(&fixture(file), &model(file), &options)
 }
 
 #[test]
@@ -119,6 +125,47 @@ fn an_area_that_is_off_is_named_with_the_face_and_the_remedy() {
     holed.elements.remove(one);
     let text = outcome_of(&holed, "cross_die_144.igs").to_string();
     assert!(text.contains("face 14") && text.contains("another algorithm of gmsh"), "{text}");
+}
+
+#[test]
+fn inverted_elements_are_mended_with_a_note_or_named_with_the_remedy() {
+    let file = "cross_die_144.igs";
+    let model = model(file);
+    let options = MappedOptions { max_size: Some(8.0), ..MappedOptions::default() };
+    let mesh = crate::mesh::mapped::mesh(&model, &options).unwrap();
+    // A node inside a flat face is moved beyond one of its neighbours.
+    let faces_at = |n: u32| -> BTreeSet<u32> {
+        mesh.elements.iter().filter(|e| e.nodes().contains(&n)).map(|e| e.face).collect()
+    };
+    // Around a node inside, every node beside it belongs to two sides of elements there.
+    let is_around = |n: u32| {
+        let sides = mesh.elements.iter().flat_map(crate::mesh::Element::sides);
+        let beside: Vec<u32> =
+            sides.filter(|s| s.contains(&n)).map(|[a, b]| if a == n { b } else { a }).collect();
+        beside.iter().all(|m| beside.iter().filter(|o| *o == m).count() == 2)
+    };
+    let is_flat =
+        |n: u32| faces_at(n).iter().all(|&f| model.faces[f as usize].kind == SurfaceKind::Plane);
+    let inside = (0..mesh.vertices.len() as u32)
+        .find(|&n| faces_at(n).len() == 1 && is_flat(n) && is_around(n))
+        .unwrap();
+    let one = mesh.elements.iter().find(|e| e.nodes().contains(&inside)).unwrap();
+    let opposite = mesh.corners(one).into_iter().map(|p| p - mesh.vertices[inside as usize]);
+    let away = opposite.max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap();
+    let mut folded = mesh.clone();
+    folded.vertices[inside as usize] += 1.2 * away;
+    let made = result_of(&folded, file).unwrap();
+    assert_eq!(MeshReport::new(&made.mesh, &model).inverted, 0);
+    assert!(made.notes.iter().any(|n| n.contains("nodes moved on")), "{:?}", made.notes);
+    // An element turned over, on nodes of which none is free.
+    let mut turned = mesh.to_triangles();
+    let bound = |e: &crate::mesh::Element| e.nodes().iter().all(|&n| faces_at(n).len() > 1);
+    let k = turned.elements.iter().position(|e| bound(e) && e.face != 0).unwrap();
+    turned.elements[k] = turned.elements[k].reversed();
+    let text = outcome_of(&turned, file).to_string();
+    let face = turned.elements[k].face;
+    assert!(text.contains("1 of") && text.contains(&format!("most on face {face} (")), "{text}");
+    assert!(text.contains("another algorithm of gmsh or a smaller size"), "{text}");
 }
 
 #[test]

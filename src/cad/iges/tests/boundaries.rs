@@ -3,7 +3,7 @@
 use super::build::{Item, file, item, moved};
 use super::entities::{faces, near};
 use super::*;
-use crate::cad::raw::{RawFace, RawSurface};
+use crate::cad::raw::{RawFace, RawLoop, RawSurface};
 use crate::geometry::{Vec2, Vec3};
 
 /// A square face of side 4 in the plane z = 0, by each kind of boundary.
@@ -126,7 +126,8 @@ fn brep_faces_are_oriented_by_shell_and_solid_and_share_edges() {
         assert_eq!(found.len(), count);
         assert_eq!((found[0].flipped, found[0].shell), (flipped, shell));
         let edges = &found[0].loops[0].edges;
-        assert_eq!(edges.iter().filter_map(|e| e.edge_id).collect::<Vec<_>>(), [0, 1, 2, 3]);
+        let ids = if flipped { [3, 2, 1, 0] } else { [0, 1, 2, 3] };
+        assert_eq!(edges.iter().filter_map(|e| e.edge_id).collect::<Vec<_>>(), ids);
         for (edge, next) in edges.iter().zip(edges.iter().cycle().skip(1)) {
             let (here, there) = (edge.ends.unwrap()[1], next.ends.unwrap()[0]);
             assert_eq!(here, there);
@@ -134,7 +135,7 @@ fn brep_faces_are_oriented_by_shell_and_solid_and_share_edges() {
         }
         if count == 2 {
             assert!(found[1].flipped && found[1].shell == Some(1));
-            assert_eq!(found[1].loops[0].edges[0].edge_id, Some(0));
+            assert_eq!(found[1].loops[0].edges[0].edge_id, Some(3));
         }
     }
 }
@@ -212,7 +213,10 @@ fn reflected_models_are_reflected_with_their_normals() {
         let plain = Reader::new(&file).walk(1.0).unwrap().faces;
         let mirrored = Reader::new(&file).walk(-1.0).unwrap().faces;
         for (a, b) in plain.iter().zip(&mirrored) {
-            if let (Some((p, n)), Some((q, m))) = (outward(a), outward(b)) {
+            // A reflection reverses the loop about the outward normal.
+            let mut b = b.clone();
+            b.loops.iter_mut().for_each(RawLoop::reverse);
+            if let (Some((p, n)), Some((q, m))) = (outward(a), outward(&b)) {
                 assert!(
                     (p + q).norm() < 1e-6 && (n + m).norm() < 1e-4,
                     "{name} {}: {n:?} {m:?}",

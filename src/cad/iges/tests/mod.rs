@@ -1,6 +1,7 @@
 //! Tests of entire files.
 
 mod boundaries;
+mod brep;
 mod build;
 mod entities;
 mod faults;

@@ -259,7 +259,13 @@ impl Scope<'_> {
         if found.is_empty() {
             return Ok((moved, found));
         }
-        let found = faults(&self.with_full_audit(plain)?, &moved);
+        // Moved vertices may fold a patch between the points of the estimate.
+        let plain = self.with_full_audit(plain)?;
+        let unmoved = faults(&plain, &plain);
+        if unmoved.is_empty() {
+            return Ok((plain, unmoved));
+        }
+        let found = faults(&plain, &moved);
         Ok((moved, found))
     }
 

@@ -9,9 +9,11 @@
 
 use std::collections::BTreeSet;
 
+use crate::audit::local::LocalReference;
 use crate::audit::report::PatchAudit;
 use crate::audit::sample::PatchSamples;
 use crate::audit::{Audit, AuditOptions, AuditReport, audit};
+use crate::cad::Model;
 use crate::convert::{ConvertError, ConvertOptions, edges};
 use crate::geometry::Aabb;
 use crate::tool::build::{EdgeChoice, build};
@@ -20,7 +22,6 @@ use crate::tool::{ToolModel, side};
 use super::error::ToleranceError;
 use super::goal::Refined;
 use super::minimax::{Row, minimax_shifts};
-use super::scope::Scope;
 use super::vertex_directions::{VertexDirection, vertex_directions};
 
 /// Number of patches up to which a model is corrected in up to [`ROUNDS_SMALL_MAX`] rounds.
@@ -39,19 +40,18 @@ const CONVERGED_ERROR_RATIO: f64 = 0.995;
 /// Relative reduction of a slide in the first attempt to remove an inverted corner. It is doubled in every attempt.
 const SLIDE_REDUCTION_FIRST: f64 = 2e-3;
 
-/// Moves the vertices of `plain`, whose audit is `found`, to reduce its largest shape errors. Returns `plain` unchanged
+/// Moves the vertices of `plain`, whose audit is `found` and whose faces are those of `model` numbered from `first`, to reduce its largest shape errors. Returns `plain` unchanged
 /// when no motion reduces it without further folds.
 ///
 /// # Errors
 /// [`ToleranceError`] when the moved vertices give no tool model, which requires values that are not finite.
 pub(super) fn balance_errors(
-    plain: Refined,
-    found: Audit,
-    scope: &Scope<'_>,
-    options: &ConvertOptions,
-    audit_options: &AuditOptions,
+    (plain, found): (Refined, Audit),
+    (model, first): (&Model, u32),
+    reference: &LocalReference<'_, '_>,
+    (options, audit_options): (&ConvertOptions, &AuditOptions),
 ) -> Result<Refined, ToleranceError> {
-    let directions = vertex_directions(&plain.tool, scope.plan.model(), scope.first);
+    let directions = vertex_directions(&plain.tool, model, first);
     let mut shifts = vec![0.0; directions.len()];
     let (mut best, mut samples) = (plain.clone(), found.samples);
     let mut length = 1.0;
@@ -65,7 +65,7 @@ pub(super) fn balance_errors(
         };
         let mut tried: Vec<f64> = shifts.iter().zip(&more).map(|(s, m)| s + length * m).collect();
         let tool = move_without_inversion(&plain.tool, &mut tried, &directions, options)?;
-        let found = audit(&tool, &scope.local_reference(), audit_options)?;
+        let found = audit(&tool, reference, audit_options)?;
         let folds = found.report.folded.len() > plain.audit.folded.len();
         let reduction = error_norm(&found.report, scale) / error_norm(&best.audit, scale);
         if folds || reduction.is_nan() || reduction >= 1.0 {

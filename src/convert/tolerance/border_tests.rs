@@ -65,7 +65,7 @@ fn a_search_ends_at_its_work_limit_with_the_remaining_error() {
         borders: Borders::Conforming,
     };
     let mut scope =
-        Scope::new(&model, &reference, &MappedOptions::default(), &options, None).unwrap();
+        Scope::new(&model, &reference, &MappedOptions::default(), &options, None, false).unwrap();
     scope.budget = std::sync::Arc::new(budget::Budget::new(160));
     let evaluator = FaceEvaluator::new(&scope, &scope.free_edges, false);
     let error = scope.refine(&evaluator, &goal).unwrap_err();
@@ -92,8 +92,8 @@ fn the_next_density_is_one_that_changes_the_mesh() {
     let next = |model: &Model, face: usize, fewest: bool| {
         let reference = CadReference::new(model);
         let options = ConvertOptions::default();
-        let scope =
-            Scope::new(model, &reference, &MappedOptions::default(), &options, None).unwrap();
+        let scope = Scope::new(model, &reference, &MappedOptions::default(), &options, None, false)
+            .unwrap();
         let scope = if fewest { scope } else { scope.with_interior_nodes().unwrap() };
         let evaluator = FaceEvaluator::new(&scope, &scope.free_edges, false);
         let divisions = scope.plan.agree(scope.plan.minima());

@@ -8,6 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::budget::Budget;
 use super::face_result::FaceResult;
+use super::results::{Evaluated, Evaluations, Key};
 use super::scope::{Scope, shift_face_numbers};
 use super::slide_estimate::Neighbours;
 use crate::audit::local::LocalReference;
@@ -28,30 +29,11 @@ const TOLERANCE_FACTORS: [f64; 9] = [5.0, 3.5, 2.5, 2.0, 1.8, 1.6, 1.4, 1.2, 1.0
 /// vertices, so that the estimate is not exact.
 const TOLERANCE_FACTORS_ESTIMATED: [f64; 3] = [1.6, 1.3, 1.0];
 
+/// Number of patches of a face between whose points the largest normal error is searched, where normals have a
+/// tolerance.
+const REFINED_PATCHES: usize = 4;
 /// Number of patches of a face whose worst points are known to the search.
 const WORST_PATCHES: usize = 200;
-
-/// Key of a result: face, divisions of its edges in loop order, density, mapped, and whether the mesh has interior nodes
-/// that the coarsest meshes leave out.
-type Key = (usize, Vec<usize>, usize, bool, bool);
-
-/// Result of a face with its errors as they are, and with those estimated after the vertex motion.
-#[derive(Debug, Clone)]
-pub(super) struct Evaluated {
-    plain: Arc<FaceResult>,
-    estimated: Arc<FaceResult>,
-}
-
-/// Results of all searches in one model.
-pub(super) type Evaluations = Mutex<FxHashMap<Key, Evaluated>>;
-
-impl Evaluated {
-    /// As [`FaceResult::without_patches`].
-    fn without_patches(error: f64) -> Self {
-        let result = Arc::new(FaceResult::without_patches(error));
-        Self { plain: Arc::clone(&result), estimated: result }
-    }
-}
 
 /// Evaluates the faces of a plan.
 pub(super) struct FaceEvaluator<'a> {
@@ -60,6 +42,8 @@ pub(super) struct FaceEvaluator<'a> {
     reference: &'a CadReference<'a>,
     /// Number of the first face of the plan in the reference.
     first: u32,
+    /// True when normals have a tolerance.
+    normals: bool,
     /// Adjacent faces, if vertices may slide.
     neighbours: Option<&'a Neighbours>,
     /// True when errors are estimated after the vertex motion.
@@ -87,7 +71,7 @@ impl<'a> FaceEvaluator<'a> {
     pub fn new(scope: &'a Scope<'_>, measured_edges: &'a [bool], estimates: bool) -> Self {
         scope.budget.start_search();
         let options = ConvertOptions { sheet_side: None, flip: false, ..scope.options.clone() };
-        let &Scope { ref plan, reference, first, .. } = scope;
+        let &Scope { ref plan, reference, first, normals, .. } = scope;
         let model = plan.model();
         let margin = 1e-6 * model.bbox().diagonal() + 2.0 * model.join_tolerance;
         let hull = |e: &Edge| Aabb::of_points(e.curve.points()).widened(margin);
@@ -96,6 +80,7 @@ impl<'a> FaceEvaluator<'a> {
             reference,
             options,
             first,
+            normals,
             neighbours: scope.neighbours,
             estimates: estimates && scope.neighbours.is_some(),
             interior_nodes: !scope.mesh.fewest,
@@ -135,7 +120,7 @@ impl<'a> FaceEvaluator<'a> {
         result
     }
 
-    /// The smallest density that gives face `f` another number of patches than `density`, of those growing by half up to
+    /// The smallest density that gives face `f` another number of patches than `density`, in steps that double, up to
     /// `most`.
     pub fn denser(
         &self,
@@ -150,8 +135,8 @@ impl<'a> FaceEvaluator<'a> {
         }
         let count = |density| self.plan.face(f, divisions, density).map_or(0, |m| m.elements.len());
         let now = count(density);
-        let larger = std::iter::successors(Some(density), |d| Some(d + 1 + d / 2));
-        let mut larger = larger.skip(1).take_while(|&d| d <= most);
+        let larger = (0..usize::BITS).map(|k| density + (1 << k));
+        let mut larger = larger.take_while(|&d| d <= most);
         let found = larger.find(|&d| count(d) != now);
         if let Ok(mut all) = self.densities.lock() {
             all.insert(key, found);
@@ -181,7 +166,7 @@ impl<'a> FaceEvaluator<'a> {
         }
         let options = AuditOptions {
             samples: 4,
-            refine: 0,
+            refine: if self.normals { REFINED_PATCHES } else { 0 },
             borders: false,
             worst: WORST_PATCHES,
             ..AuditOptions::default()

@@ -106,6 +106,7 @@ fn scope_of_face<'a>(
         mesh: whole.mesh,
         options,
         free_edges: face.free_edges.clone(),
+        normals: whole.normals,
         budget: Arc::new(Budget::of_single_face(faces)),
         neighbours: None,
         evaluations: Arc::default(),

@@ -3,7 +3,7 @@
 //! Divisions of chains of opposite edges are raised where a face exceeds the tolerance and lowered where they are not
 //! needed. The vertices are then moved so that the shape error has both signs.
 //!
-//! - [`search`], [`state`], [`face_error`], [`face_result`]: search for the divisions; every face is evaluated alone,
+//! - [`search`], [`state`], [`face_error`], [`face_result`], [`results`]: search for the divisions; every face is evaluated alone,
 //!   by the audit of its patches
 //! - [`slide_estimate`]: estimated error of a face after the vertex motion
 //! - [`balance`], [`vertex_directions`], [`minimax`]: vertex motion along normals or within flats
@@ -26,6 +26,7 @@ mod goal;
 mod independent_borders;
 mod minimax;
 mod refine;
+mod results;
 mod scope;
 mod search;
 mod single_face;
@@ -63,7 +64,7 @@ pub fn to_tolerance(
     let reference = CadReference::new(model);
     let neighbours = Neighbours::new(model);
     let slides = (goal.two_sided && neighbours.allow_slides()).then_some(&neighbours);
-    let scope = Scope::new(model, &reference, mesh, options, slides)?;
+    let scope = Scope::new(model, &reference, mesh, options, slides, goal.normal_deg.is_finite())?;
     let refined = refine_with_slides(&scope, goal);
     let budget = &scope.budget;
     let open = if refined.is_err() { !budget.is_exhausted() } else { budget.allows_saving() };
@@ -150,7 +151,7 @@ pub fn to_patches(
     let reference = CadReference::new(model);
     let neighbours = Neighbours::new(model);
     let slides = two_sided && neighbours.allow_slides();
-    let scope = Scope::new(model, &reference, mesh, options, slides.then_some(&neighbours))?;
+    let scope = Scope::new(model, &reference, mesh, options, slides.then_some(&neighbours), false)?;
     let evaluator = FaceEvaluator::new(&scope, &scope.free_edges, false);
     let estimating = FaceEvaluator::new(&scope, &scope.free_edges, true);
     let goal = |tol_mm: f64| Goal { tol_mm, normal_deg: f64::INFINITY, two_sided, borders };

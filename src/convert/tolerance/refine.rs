@@ -4,13 +4,14 @@
 //! 2. Make the complete model, move its vertices and audit it.
 //! 3. Reduce the factors of faces above the tolerance, and repeat.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use super::balance::balance_errors;
 use super::error::ToleranceError;
 use super::face_error::FaceEvaluator;
 use super::faults::{Faults, faces_above_tolerance, folded_faces, worst_point};
 use super::goal::{Borders, Goal, Refined};
+use super::results::CompleteModel;
 use super::scope::{Scope, shift_face_numbers};
 use super::search::Search;
 use super::state::State;
@@ -32,30 +33,8 @@ const FACTOR_REDUCTION: [f64; 2] = [1.01, 1.5];
 /// Maximum rounds of reducing the factors of faces above the tolerance in the complete model.
 const ROUNDS_MAX: usize = 12;
 
-/// Audit of a complete model during the search: points of a grid, without a search between them.
-const ESTIMATE: AuditOptions = AuditOptions {
-    samples: 6,
-    refine: 0,
-    refine_normals: false,
-    borders: false,
-    worst: 10,
-    tolerance_mm: None,
-    normal_tolerance_deg: None,
-};
 /// Number of complete models kept for searches that meet them again.
 const MODELS_KEPT_MAX: usize = 32;
-
-/// A complete model with moved vertices, and its violations of the goal.
-#[derive(Debug)]
-pub(super) struct CompleteModel {
-    goal: Goal,
-    mesh: SurfaceMesh,
-    refined: Refined,
-    faults: Faults,
-}
-
-/// Complete models made by the searches in one model, at most [`MODELS_KEPT_MAX`].
-pub(super) type Models = Mutex<Vec<Arc<CompleteModel>>>;
 
 /// True when no looser tolerance factor can succeed: the error is far above the tolerance, or of another kind.
 fn is_hopeless(error: &ToleranceError) -> bool {
@@ -280,13 +259,20 @@ impl Scope<'_> {
         let audit_options = AuditOptions {
             tolerance_mm: goal.tol_mm.is_finite().then_some(goal.tol_mm),
             normal_tolerance_deg: goal.normal_deg.is_finite().then_some(goal.normal_deg),
-            ..ESTIMATE
+            ..self.estimate()
         };
         let found = audit(&tool, &self.local_reference(), &audit_options)?;
         let (audit, borders) = (found.report.clone(), Borders::Conforming);
         let (moved_mm, slid_mm) = (0.0, 0.0);
         let saved_all = self.budget.has_saved_all();
         Ok((Refined { tool, report, audit, moved_mm, slid_mm, borders, saved_all }, found))
+    }
+
+    /// Audit of a complete model during the search: points of a grid, with a search between them where normals have a
+    /// tolerance.
+    fn estimate(&self) -> AuditOptions {
+        let full = AuditOptions::default();
+        AuditOptions { refine: if self.normals { full.refine } else { 0 }, borders: false, ..full }
     }
 
     /// A model with the complete audit of its patches and borders against the trimmed CAD.
@@ -311,8 +297,9 @@ impl Scope<'_> {
         let audit_options = AuditOptions {
             tolerance_mm: plain.audit.tolerance_mm,
             normal_tolerance_deg: plain.audit.normal_tolerance_deg,
-            ..ESTIMATE
+            ..self.estimate()
         };
-        balance_errors(plain, found, self, options, &audit_options)
+        let (model, reference) = (self.plan.model(), self.local_reference());
+        balance_errors((plain, found), (model, self.first), &reference, (options, &audit_options))
     }
 }

@@ -4,10 +4,9 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::budget::Budget;
-use super::face_error::Evaluations;
 use super::faults::ErrorContext;
 use super::goal::Goal;
-use super::refine::Models;
+use super::results::{Evaluations, Models};
 use super::slide_estimate::Neighbours;
 use super::state::State;
 use crate::audit::local::LocalReference;
@@ -32,6 +31,8 @@ pub(super) struct Scope<'a> {
     pub options: &'a ConvertOptions,
     /// For each edge of the plan, true at a free border.
     pub free_edges: Vec<bool>,
+    /// True when normals have a tolerance.
+    pub normals: bool,
     pub budget: Arc<Budget>,
     /// Adjacent faces, if vertices may slide within flats.
     pub neighbours: Option<&'a Neighbours>,
@@ -74,6 +75,7 @@ impl<'a> Scope<'a> {
         mesh: &MappedOptions,
         options: &'a ConvertOptions,
         neighbours: Option<&'a Neighbours>,
+        normals: bool,
     ) -> Result<Self, MeshError> {
         let through_cad = options.through_cad;
         let coarse =
@@ -86,6 +88,7 @@ impl<'a> Scope<'a> {
             mesh: coarse,
             options,
             free_edges: free_edges(model, reference),
+            normals,
             budget: Arc::new(Budget::of_faces(model.faces.len())),
             neighbours,
             evaluations: Arc::default(),

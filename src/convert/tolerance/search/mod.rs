@@ -372,7 +372,7 @@ impl Search<'_> {
         self.plan.model().faces[f].loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge)
     }
 
-    /// The next density inside face `f` that changes its mesh: the smallest of those growing by half. A surface of little
+    /// The next density inside face `f` that changes its mesh: the smallest of those in steps that double. A surface of little
     /// curvature has no interior nodes at small densities, and a flat none at any.
     fn denser(&self, state: &State, f: usize) -> Option<usize> {
         self.evaluator.denser(f, &state.divisions, state.density[f], DIVISIONS_MAX)

@@ -189,11 +189,13 @@ impl CadReference<'_> {
             offset.dot(tangent).abs() <= STATIONARY_COSINE * tangent.norm() * distance
         };
         let stationary = distance <= self.tie || (slope(&d.su) && slope(&d.sv));
-        if !stationary || !self.index.region_contains(face as usize, uv) {
+        // At a degenerate point every tangent is stationary.
+        let found = stationary && is_regular(own, &d);
+        if !found || !self.index.region_contains(face as usize, uv) {
             return None;
         }
         let cross = || unit(d.su.cross(&d.sv)).map(|n| if own.flipped { -n } else { n });
-        let normal = degenerate_normal(own, uv, &d).or_else(cross).unwrap_or_else(Vec3::zeros);
+        let normal = cross().unwrap_or_else(Vec3::zeros);
         let (point, own_normal, on_border) = (d.s, None, false);
         Some(FootInside {
             foot: ReferenceFoot { point, normal, own_normal, face, on_border },
@@ -218,6 +220,17 @@ impl CadReference<'_> {
         let Some(face) = self.model.faces.get(foot.face) else { return foot.normal };
         degenerate_normal(face, foot.uv, &face.surface.derivs(foot.uv)).unwrap_or(foot.normal)
     }
+}
+
+/// True where neither tangent is negligible relative to the other, over the widths of their parameter ranges, and they
+/// are not parallel.
+fn is_regular(face: &Face, d: &SurfaceDerivs) -> bool {
+    const REGULAR_RATIO_MIN: f64 = 1e-6;
+    let [u, v] = face.surface.domain();
+    let [along_u, along_v] = [d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0])];
+    let sine = d.su.cross(&d.sv).norm();
+    along_u.min(along_v) > REGULAR_RATIO_MIN * along_u.max(along_v)
+        && sine > REGULAR_RATIO_MIN * d.su.norm() * d.sv.norm()
 }
 
 /// Outward normal of a face at `uv` with the derivatives `d` where its surface is degenerate to within rounding; `None`

@@ -7,7 +7,7 @@ use super::error::ConvertError;
 use super::searches::{SearchedFace, Searches};
 use crate::cad::Model;
 use crate::cad::model::Face;
-use crate::geometry::{Aabb, Vec2, Vec3};
+use crate::geometry::{Vec2, Vec3};
 use crate::mesh::SurfaceMesh;
 
 /// Normals of a mesh at the corners of its elements.
@@ -55,11 +55,9 @@ pub(super) fn vertex_normals(
         .collect();
     keys.sort_unstable();
     keys.dedup();
-    keys.sort_unstable_by_key(|key| (key.face, key.vertex));
-    let near = model.join_tolerance + ON_SURFACE_REL * Aabb::of_points(&mesh.vertices).diagonal();
     let feet: Vec<(Vec2, Option<Vec3>)> = keys
-        .par_chunks(CHAIN_LENGTH)
-        .flat_map_iter(|chain| feet_along(chain, &mesh.vertices, searches, near))
+        .par_iter()
+        .map(|key| foot_and_normal(searches.face(key.face), &mesh.vertices[key.vertex as usize]))
         .collect();
     searches.check()?;
     let (mut known, mut regular) = (FxHashMap::default(), Feet::default());
@@ -80,35 +78,6 @@ pub(super) fn vertex_normals(
     searches.check()?;
     let (normals, ids) = number_normals(mesh, &known, smooth);
     Ok(NormalTable { normals, ids, feet: regular })
-}
-
-/// Distance from the surface, relative to the size of the mesh, below which a vertex lies on it.
-const ON_SURFACE_REL: f64 = 1e-9;
-/// Number of vertices of which each search starts at the foot point of the one before. Doubled: fewer searches of whole
-/// surfaces, less work for other threads.
-const CHAIN_LENGTH: usize = 64;
-
-/// Foot points and normals of consecutive vertices, by [`foot_and_normal`]. A point of the same face within `near` [mm]
-/// that the iteration from the foot point before reaches is taken; otherwise the whole surface is searched.
-fn feet_along(
-    chain: &[NormalKey],
-    vertices: &[Vec3],
-    searches: &Searches<'_>,
-    near: f64,
-) -> Vec<(Vec2, Option<Vec3>)> {
-    let mut before: Option<(u32, Vec2)> = None;
-    let foot = |key: &NormalKey| {
-        let (searched, x) = (searches.face(key.face), &vertices[key.vertex as usize]);
-        let start = before.filter(|b| b.0 == key.face).map(|b| b.1);
-        let local = start.map(|start| searched.face.surface.closest_locally(x, start));
-        let uv = match local.filter(|(_, d)| (d.s - x).norm() <= near) {
-            Some((uv, _)) => uv,
-            None => searched.closest(x).0,
-        };
-        before = Some((key.face, uv));
-        (uv, regular_normal(searched.face, uv))
-    };
-    chain.iter().map(foot).collect()
 }
 
 /// Adds the normals at degenerate points of faces, one for each element.
@@ -133,20 +102,15 @@ fn add_limit_normals(
     Ok(())
 }
 
-/// Foot point of a vertex on the surface of a face, and the normal where the surface is regular.
+/// Foot point of a vertex on the surface of a face, and the normal where the surface is regular. It is regular where
+/// one tangent, times the width of its parameter range, is longer than 1e-6 of the other.
 fn foot_and_normal(searched: SearchedFace<'_>, x: &Vec3) -> (Vec2, Option<Vec3>) {
-    let uv = searched.closest(x).0;
-    (uv, regular_normal(searched.face, uv))
-}
-
-/// Normal of a face where its surface is regular: one tangent, times the width of its parameter range, is longer than
-/// 1e-6 of the other.
-fn regular_normal(face: &Face, uv: Vec2) -> Option<Vec3> {
+    let (face, (uv, _)) = (searched.face, searched.closest(x));
     let d = face.surface.derivs(uv);
     let [u, v] = face.surface.domain();
     let (reach_u, reach_v) = (d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0]));
     let regular = reach_u.min(reach_v) > 1e-6 * reach_u.max(reach_v);
-    if regular { face.normal(uv) } else { None }
+    (uv, if regular { face.normal(uv) } else { None })
 }
 
 /// Normal at a vertex on another part of the CAD face to which face `id` belongs. The elements of a foreign mesh may
@@ -243,42 +207,4 @@ pub(super) fn merge_normals(here: &[Vec3], smooth: f64, all: &mut Vec<Vec3>) -> 
     let numbers = numbers.collect();
     all.extend(clusters.iter().map(|c| c.1.normalize()));
     numbers
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::convert::searches::SearchLimits;
-    use crate::mesh::mapped::{MappedOptions, mesh};
-    use std::path::Path;
-
-    /// Searches in chains find the points of searches of the whole surface, also of vertices that are rounded.
-    #[test]
-    fn feet_along_chains_are_those_of_searches_of_whole_surfaces() {
-        for file in ["cross_die_144.igs", "sphere_144.igs", "torus_AP214.stp"] {
-            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming").join(file);
-            let (model, _) = crate::cad::read(&path).unwrap();
-            let mut mesh = mesh(&model, &MappedOptions::default()).unwrap();
-            let round = |x: f64| (x * 1e7).round() / 1e7;
-            mesh.vertices.iter_mut().for_each(|v| *v = v.map(round));
-            let searches = Searches::new(&model, &mesh, SearchLimits::NAGATA);
-            let corners = mesh.elements.iter().flat_map(|e| e.nodes().iter().map(|&v| (e.face, v)));
-            let pairs: std::collections::BTreeSet<(u32, u32)> = corners.collect();
-            let key = |(face, vertex)| NormalKey { vertex, face, element: ALL_ELEMENTS };
-            let keys: Vec<NormalKey> = pairs.into_iter().map(key).collect();
-            let found = feet_along(&keys, &mesh.vertices, &searches, 1e-6);
-            for (key, (uv, normal)) in keys.iter().zip(found) {
-                let x = &mesh.vertices[key.vertex as usize];
-                let face = &model.faces[key.face as usize];
-                let (whole, expected) = foot_and_normal(searches.face(key.face), x);
-                let apart = (face.surface.point(uv) - face.surface.point(whole)).norm();
-                assert!(apart < 1e-9, "{file}: {apart:e} mm apart at {x:?}");
-                let same = match (normal, expected) {
-                    (Some(a), Some(b)) => (a - b).norm() < 1e-6,
-                    (a, b) => a.is_none() == b.is_none(),
-                };
-                assert!(same, "{file}: {normal:?} {expected:?}");
-            }
-        }
-    }
 }

@@ -20,16 +20,24 @@ impl Bounds {
     }
 }
 
-/// Maximum number of Newton iterations. Doubled: twice the time where the iteration does not converge.
-const NEWTON_ITERATIONS_MAX: u32 = 50;
 /// Smallest eigenvalue of the modified Hessian relative to the first fundamental form. Doubled: steps in flat
 /// directions of half the length.
 const MODIFIED_EIGENVALUE_MIN: f64 = 0.05;
 
-/// Relative change of the parameters at which the iteration ends: the next step is below rounding.
-const RESOLUTION: f64 = 1e-12;
-/// The same for [`descend_coarsely`]. Convergence is quadratic: the error that remains is about its square.
-const COARSE_RESOLUTION: f64 = 1e-6;
+/// When an iteration ends.
+struct Limits {
+    /// Change of the parameters relative to the bounds.
+    resolution: f64,
+    iterations: u32,
+    /// Halvings of one step.
+    halvings: u32,
+}
+
+/// The next step is below rounding. Twice the iterations: twice the time where the iteration does not converge.
+const TO_ROUNDING: Limits = Limits { resolution: 1e-12, iterations: 50, halvings: 40 };
+/// Limits of [`descend_coarsely`]. Convergence is quadratic: the error that remains is about the square of the
+/// resolution. An iteration that needs more is better replaced by a search.
+const COARSE: Limits = Limits { resolution: 1e-6, iterations: 12, halvings: 6 };
 
 /// Local minimum of the distance reached from `start`: parameters and squared distance.
 pub(crate) fn descend(
@@ -38,7 +46,7 @@ pub(crate) fn descend(
     start: Vec2,
     bounds: Bounds,
 ) -> (Vec2, f64) {
-    let (x, _, distance) = descend_to(derivs, p, start, (bounds, RESOLUTION));
+    let (x, _, distance) = descend_to(derivs, p, start, (bounds, TO_ROUNDING));
     (x, distance)
 }
 
@@ -49,12 +57,11 @@ pub(crate) fn descend_coarsely(
     start: Vec2,
     bounds: Bounds,
 ) -> (Vec2, SurfaceDerivs) {
-    let (x, d, _) = descend_to(derivs, p, start, (bounds, COARSE_RESOLUTION));
+    let (x, d, _) = descend_to(derivs, p, start, (bounds, COARSE));
     (x, d)
 }
 
-/// Local minimum reached from `start`: parameters, derivatives there, squared distance. Ends at a step of `resolution`
-/// relative to the bounds.
+/// Local minimum reached from `start`: parameters, derivatives there, squared distance.
 ///
 /// Newton steps are used where the Hessian is positive definite, at least along an active bound. Elsewhere the Hessian
 /// is modified to be positive definite (Nocedal/Wright, section 3.4). Each step minimises the quadratic model within
@@ -63,16 +70,16 @@ fn descend_to(
     derivs: impl Fn(Vec2) -> SurfaceDerivs,
     p: &Vec3,
     start: Vec2,
-    (bounds, resolution): (Bounds, f64),
+    (bounds, limits): (Bounds, Limits),
 ) -> (Vec2, SurfaceDerivs, f64) {
     let mut x = bounds.clamp(start);
     let mut d = derivs(x);
     let mut best = (d.s - p).norm_squared();
-    for _ in 0..NEWTON_ITERATIONS_MAX {
+    for _ in 0..limits.iterations {
         let mut step = step(&d, p, x, &bounds);
         let allowed = best + rounding(best, p);
         let mut taken = None;
-        for _ in 0..40 {
+        for _ in 0..limits.halvings {
             let next = bounds.clamp(x + step);
             if next == x {
                 break;
@@ -88,7 +95,7 @@ fn descend_to(
         let Some((next, e, distance)) = taken else { break };
         let moved = (next - x).abs().max();
         (x, d, best) = (next, e, distance);
-        if moved <= resolution * (bounds.high - bounds.low).max().min(1.0) {
+        if moved <= limits.resolution * (bounds.high - bounds.low).max().min(1.0) {
             break;
         }
     }

@@ -45,7 +45,7 @@ fn a_run_that_a_duplicate_has_completed_is_kept() {
     }
     let bends = one(0.5);
     ends_well(bends.study(&["--prepare"]));
-    // The duplicate is held after it has found no run and made the folder, before it takes the lock. It goes on when strace
+    // The duplicate is held after it has found no run and made the folder, before it takes the lock. It continues when strace
     // is asked to end; its exit code and output are written to files.
     let hold = ["-e", "trace=mkdir", "-e", "inject=mkdir:delay_exit=3600000000:when=1"];
     let script = "(\"$@\" > \"$0.txt\" 2>&1; echo $? > \"$0\"); true";

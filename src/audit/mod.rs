@@ -140,8 +140,8 @@ pub fn open_sides(
 }
 
 /// +1, or -1 when the tool model as a whole has the opposite orientation of the CAD (reversed towards the sheet during
-/// conversion): area-weighted agreement of the normals at the patch centres. The second result are the parameters of
-/// the CAD surface there.
+/// conversion): area-weighted agreement of the normals at the patch centres. Also returns the parameters of the CAD
+/// surface there, the starts of the samples.
 fn orientation(
     tool: &ToolModel,
     reference: &impl ReferenceSurface,

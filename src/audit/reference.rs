@@ -44,7 +44,7 @@ pub trait ReferenceSurface: Sync {
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot>;
 
     /// As [`Self::closest`]. `start` are parameters of `face` near those of the closest point, which some surfaces need.
-    /// The second result are the parameters found: the start for a point nearby.
+    /// Also returns the parameters found, the start for a point nearby.
     fn closest_from(
         &self,
         p: &Vec3,
@@ -87,7 +87,7 @@ pub(super) struct FootInside {
 }
 
 /// Cosine of the angle between the distance vector and the tangents below which a foot point is a minimum of the
-/// distance rather than a point of the border. Doubled: no visible effect, Newton's method ends at 1e-9 or less.
+/// distance. A point at which the iteration stopped early, or that the border of the domain holds, is above it.
 const STATIONARY_COSINE: f64 = 1e-6;
 
 /// An edge of the reference near a point.
@@ -226,8 +226,7 @@ impl CadReference<'_> {
 /// are not parallel.
 fn is_regular(face: &Face, d: &SurfaceDerivs) -> bool {
     const REGULAR_RATIO_MIN: f64 = 1e-6;
-    let [u, v] = face.surface.domain();
-    let [along_u, along_v] = [d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0])];
+    let [along_u, along_v] = face.reach(d);
     let sine = d.su.cross(&d.sv).norm();
     along_u.min(along_v) > REGULAR_RATIO_MIN * along_u.max(along_v)
         && sine > REGULAR_RATIO_MIN * d.su.norm() * d.sv.norm()
@@ -239,8 +238,7 @@ fn is_regular(face: &Face, d: &SurfaceDerivs) -> bool {
 fn degenerate_normal(face: &Face, uv: Vec2, d: &SurfaceDerivs) -> Option<Vec3> {
     const DEGENERATE_RATIO: f64 = 1e-9;
     let domain = face.surface.domain();
-    let [u, v] = domain;
-    let reach = [d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0])];
+    let reach = face.reach(d);
     let longest = reach[0].max(reach[1]);
     match [0, 1].map(|k| reach[k] <= DEGENERATE_RATIO * longest) {
         [false, false] => None,

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::attributes::{Attributes, Body};
-use crate::geometry::nurbs::{Curve2, Curve3, Surface};
+use crate::geometry::nurbs::{Curve2, Curve3, Surface, SurfaceDerivs};
 use crate::geometry::{Vec2, Vec3};
 
 /// A CAD model: faces in mm, oriented outwards, with the topology from joining their edges.
@@ -147,6 +147,14 @@ impl Model {
 }
 
 impl Face {
+    /// Lengths of the tangents along u and v, each times the width of its parameter range [mm]. One is small where the
+    /// surface is nearly degenerate.
+    #[must_use]
+    pub fn reach(&self, d: &SurfaceDerivs) -> [f64; 2] {
+        let [u, v] = self.surface.domain();
+        [d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0])]
+    }
+
     /// Outward unit normal at `uv`; `None` where the surface is degenerate.
     #[must_use]
     pub fn normal(&self, uv: Vec2) -> Option<Vec3> {

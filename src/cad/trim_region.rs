@@ -50,27 +50,6 @@ impl Piece {
         [Self::new(left), Self::new(right)]
     }
 
-    /// The segment in parts so flat that few points need a further subdivision.
-    fn flat_parts(self) -> Vec<Self> {
-        let mut parts = vec![self];
-        for _ in 0..FLAT_HALVINGS_MAX {
-            let halve = |part: Self| match part.is_flat() {
-                true => vec![part],
-                false => part.halves().to_vec(),
-            };
-            parts = parts.into_iter().flat_map(halve).collect();
-        }
-        parts
-    }
-
-    /// True when no control point is farther from the chord than [`FLATNESS_REL`] of its length.
-    fn is_flat(&self) -> bool {
-        let (a, d) = (self.start(), self.end() - self.start());
-        let far =
-            |p: &(Vec2, f64)| d.perp(&(p.0 / p.1 - a)).abs() > FLATNESS_REL * d.norm_squared();
-        self.points.len() == 2 || !self.points.iter().any(far)
-    }
-
     /// True when the point is outside the bounding box of the segment by more than `border`.
     fn is_outside_box(&self, uv: Vec2, border: f64) -> bool {
         uv.y < self.low.y - border
@@ -168,11 +147,6 @@ pub struct TrimRegion {
 
 /// Maximum subdivision depth of a segment before a point near it counts as on it.
 const SUBDIVISION_DEPTH_MAX: u32 = 48;
-/// Maximum subdivision depth of the segments of a region when it is built.
-const FLAT_HALVINGS_MAX: u32 = 5;
-/// Distance of control points from the chord, relative to its length, of a segment that is not subdivided further.
-/// Halved: about 1.4 times the segments.
-const FLATNESS_REL: f64 = 0.01;
 /// Width of the boundary zone relative to the size of the region.
 const BOUNDARY_WIDTH_REL: f64 = 1e-9;
 /// Maximum number of rows; fewer for fewer segments.
@@ -182,8 +156,7 @@ impl TrimRegion {
     /// Builds the region from the loops of a face. Gaps between the curves of a loop are closed by straight lines.
     #[must_use]
     pub fn new(face: &Face) -> Self {
-        let pieces: Vec<Piece> =
-            face.loops.iter().flat_map(closed_pieces).flat_map(Piece::flat_parts).collect();
+        let pieces: Vec<Piece> = face.loops.iter().flat_map(closed_pieces).collect();
         let low = pieces.iter().fold(Vec2::repeat(f64::INFINITY), |m, p| m.inf(&p.low));
         let high = pieces.iter().fold(Vec2::repeat(f64::NEG_INFINITY), |m, p| m.sup(&p.high));
         let border = if pieces.is_empty() { 0.0 } else { BOUNDARY_WIDTH_REL * (high - low).norm() };

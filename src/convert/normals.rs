@@ -106,9 +106,7 @@ fn add_limit_normals(
 /// one tangent, times the width of its parameter range, is longer than 1e-6 of the other.
 fn foot_and_normal(searched: SearchedFace<'_>, x: &Vec3) -> (Vec2, Option<Vec3>) {
     let (face, (uv, _)) = (searched.face, searched.closest(x));
-    let d = face.surface.derivs(uv);
-    let [u, v] = face.surface.domain();
-    let (reach_u, reach_v) = (d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0]));
+    let [reach_u, reach_v] = face.reach(&face.surface.derivs(uv));
     let regular = reach_u.min(reach_v) > 1e-6 * reach_u.max(reach_v);
     (uv, if regular { face.normal(uv) } else { None })
 }

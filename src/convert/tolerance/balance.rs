@@ -40,7 +40,8 @@ const CONVERGED_ERROR_RATIO: f64 = 0.995;
 /// Relative reduction of a slide in the first attempt to remove an inverted corner. It is doubled in every attempt.
 const SLIDE_REDUCTION_FIRST: f64 = 2e-3;
 
-/// Moves the vertices of `plain`, whose audit is `found` and whose faces are those of `model` numbered from `first`, to reduce its largest shape errors. Returns `plain` unchanged
+/// Moves the vertices of `plain` to reduce its largest shape errors. Its audit is `found`; its faces are those of `model`,
+/// numbered from `first`. Returns `plain` unchanged
 /// when no motion reduces it without further folds.
 ///
 /// # Errors

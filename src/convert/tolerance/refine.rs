@@ -34,7 +34,7 @@ const FACTOR_REDUCTION: [f64; 2] = [1.01, 1.5];
 const ROUNDS_MAX: usize = 12;
 
 /// Number of complete models kept for searches that meet them again.
-const MODELS_KEPT_MAX: usize = 32;
+const MODELS_KEPT_MAX: usize = 8;
 
 /// True when no looser tolerance factor can succeed: the error is far above the tolerance, or of another kind.
 fn is_hopeless(error: &ToleranceError) -> bool {

@@ -167,7 +167,7 @@ impl Runner for Silent<'_> {
 
 #[test]
 fn a_ticket_that_is_not_known_counts_as_gone_after_a_minute() {
-    // Without an answer that knows it: found gone at 20 s, given up at 80 s. With one, the minute begins again.
+    // Without an answer that knows it: missing at 20 s, lost at 80 s. With one, the minute begins again.
     for (knows, polls) in [(&[][..], 4), (&[false, false, true], 7)] {
         let folder = tempfile::tempdir().unwrap();
         let study: &Path = folder.path();

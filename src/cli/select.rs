@@ -103,6 +103,16 @@ fn region(text: &str) -> Result<Vec<PlanPiece>, Failure> {
     if let Some(points) = points_of(text) {
         return PlanCurve::polygon(&points).map(|c| plan_pieces(&c)).map_err(Failure::input);
     }
+    let is_no_point = |word: &&str| points_of(word).is_none();
+    if text.contains(',')
+        && !path.exists()
+        && let Some(word) = text.split_whitespace().find(is_no_point)
+        && text.split_whitespace().nth(1).is_some()
+    {
+        return Err(Failure::input(format!(
+            "{word} in a region; allowed: points x,y in mm with blanks between, or the name of a file"
+        )));
+    }
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     if matches!(ending.as_deref(), Some("csv" | "txt" | "dat" | "xy")) {
         let table = crate::files::read_text(&path, crate::files::Input::Table)
@@ -122,21 +132,34 @@ fn points_of(text: &str) -> Option<Vec<[f64; 2]>> {
     text.split_whitespace().map(point).collect::<Option<Vec<_>>>().filter(|all| !all.is_empty())
 }
 
-/// Points of a table, a line each; a first line of words and lines that begin with `#` are passed over.
+/// Points of a table, a line each; a first line of words and lines that begin with `#` are passed over. Lines have two
+/// numbers, or three throughout.
 fn table_of(text: &str) -> Result<Vec<[f64; 2]>, String> {
-    let mut points = Vec::new();
-    for (k, line) in text.lines().enumerate() {
+    let (mut points, mut columns, mut first) = (Vec::new(), None, true);
+    for (k, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
         let line = line.trim();
-        let words = line.split([',', ';', ' ', '\t']).filter(|w| !w.is_empty());
-        let found: Option<Vec<f64>> = words.map(|w| w.parse().ok()).collect();
-        match found.as_deref() {
-            _ if line.is_empty() || line.starts_with('#') => {}
-            Some(&[x, y] | &[x, y, _]) => points.push([x, y]),
-            _ if points.is_empty() && line.chars().any(char::is_alphabetic) => {}
+        let words: Vec<&str> =
+            line.split([',', ';', ' ', '\t']).filter(|w| !w.is_empty()).collect();
+        let found: Vec<f64> = words.iter().filter_map(|w| w.parse().ok()).collect();
+        let mixed = line.contains(',') && line.contains(';');
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let is_heading = std::mem::take(&mut first) && found.is_empty();
+        match found[..] {
+            _ if is_heading => {}
+            [x, y, ..]
+                if !mixed
+                    && found.len() == words.len()
+                    && found.len() <= 3
+                    && *columns.get_or_insert(found.len()) == found.len() =>
+            {
+                points.push([x, y]);
+            }
             _ => {
                 let shown: String = line.chars().take(40).collect();
                 return Err(format!(
-                    "line {}: `{shown}`; allowed: x and y in mm, with a comma between",
+                    "line {}: `{shown}`; allowed: x and y in mm, with one separator and a decimal point, as in all lines",
                     k + 1
                 ));
             }
@@ -201,9 +224,15 @@ mod tests {
     fn points_come_from_words_or_tables() {
         assert_eq!(points_of("0,0 5,-1\n2,3"), Some(vec![[0.0, 0.0], [5.0, -1.0], [2.0, 3.0]]));
         assert!(["", "region.csv", "0,0,0 1,1,1", "0,0 x"].iter().all(|t| points_of(t).is_none()));
-        let table = "x,y\n# mm\n0,0\n 5 ; 1 \n\n2\t3\t0\n";
+        let table = "x,y\n# mm\n0,0\n 5 ; 1 \n\n2\t3\n";
         assert_eq!(table_of(table), Ok(vec![[0.0, 0.0], [5.0, 1.0], [2.0, 3.0]]));
         assert!(table_of("0,0\n1,a\n").unwrap_err().contains("line 2: `1,a`"));
+        for (bad, line) in
+            [("x,y\nO,0\n1,0\n", 2), ("O,0\n1,0\n", 1), ("0;0\n50,5;0\n", 2), ("0,0\n1,2,3\n", 2)]
+        {
+            assert!(table_of(bad).unwrap_err().contains(&format!("line {line}:")), "{bad}");
+        }
+        assert_eq!(table_of("\u{feff}0,0\n1,0\n"), Ok(vec![[0.0, 0.0], [1.0, 0.0]]));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! A face cut along a curve in plan: its loops are cut where they cross the curve, and closed along it.
 
+use super::cells::{CertainPoint, certain_points};
 use super::plan::PlanCurve;
 use super::trace::{End, Node, Tracer};
 use crate::cad::creases::nested_faces;
@@ -65,6 +66,11 @@ impl Cut<'_> {
             tolerance: self.tolerance,
             size: bounds.diagonal(),
         };
+        let certain = certain_points(self.face, &region, self.curve, self.tolerance);
+        let middle = certain.points.first().ok_or("it runs along the curve")?.inside;
+        if certain.complete && certain.points.iter().all(|c| c.inside == middle) {
+            return Ok(FaceCut::Whole(middle));
+        }
         let grid = self.grid(&region);
         let middle = self.deepest(&grid, loops);
         let (mut whole, mut chains) = (Vec::new(), Vec::new());
@@ -83,6 +89,7 @@ impl Cut<'_> {
         self.add_closed(&tracer, &grid, &mut paths, &mut halves)?;
         let [outside, inside] = halves;
         if paths.is_empty() {
+            self.check_whole(&certain.points, middle)?;
             return Ok(FaceCut::Whole(middle));
         }
         let nest = |loops: Vec<Vec<Side>>| {
@@ -90,8 +97,7 @@ impl Cut<'_> {
             faces.ok_or_else(|| "its parts have no outer loop".to_owned())
         };
         let (inside, outside) = (nest(inside)?, nest(outside)?);
-        self.verify(&grid, &inside, true)?;
-        self.verify(&grid, &outside, false)?;
+        self.check_parts(&certain.points, &inside, &outside)?;
         Ok(FaceCut::Parts { inside, outside })
     }
 
@@ -244,14 +250,16 @@ impl Cut<'_> {
         let end = |k: usize| chains[k].sides.last().map_or_else(Vec2::zeros, Side::end);
         let within: Vec<usize> = of(true).collect();
         // Where chains inside begin, chains outside end.
-        let entries: Vec<Vec2> = within.iter().map(|&k| start(k)).collect();
+        let node = |uv: Vec2| {
+            let near = self.curve.near(self.point(uv).xy());
+            Node { uv, piece: near.piece, t: near.t, kink: false }
+        };
+        let entries: Vec<Node> = within.iter().map(|&k| node(start(k))).collect();
         let mut next = vec![usize::MAX; chains.len()];
         let mut joints: Vec<Vec<Side>> = vec![Vec::new(); chains.len()];
         let mut paths = Vec::new();
         for &k in &within {
-            let near = self.curve.near(self.point(end(k)).xy());
-            let node = Node { uv: end(k), piece: near.piece, t: near.t, kink: false };
-            let (nodes, reached) = tracer.trace(node, &entries, false)?;
+            let (nodes, reached) = tracer.trace(node(end(k)), &entries, false)?;
             let End::At(entry) = reached else { return Err("a cut that does not end".into()) };
             let to = within[entry];
             if next.contains(&to) {
@@ -343,22 +351,36 @@ impl Cut<'_> {
         [uv, uv + du, uv - du, uv + dv, uv - dv].iter().all(|p| tracer.region.contains(*p))
     }
 
-    /// Checks that each point of the grid lies in one part of its side.
-    fn verify(&self, grid: &[(Vec2, f64)], faces: &[Loops], inside: bool) -> Result<(), String> {
-        let regions: Vec<TrimRegion> =
-            faces.iter().map(|loops| region_of(self.face, loops)).collect();
-        let slack = 4.0 * self.tolerance;
-        for (uv, signed) in grid.iter().filter(|(_, signed)| signed.abs() > slack) {
-            let held = regions.iter().filter(|r| r.contains(*uv)).count();
-            if held != usize::from((*signed > 0.0) == inside) {
-                let p = self.point(*uv);
-                return Err(format!(
-                    "the parts do not cover it once near ({:.3}, {:.3}, {:.3}) mm: the curve enters it in a way that is not found",
-                    p.x, p.y, p.z
-                ));
+    /// Checks that every certain point is on one side.
+    fn check_whole(&self, points: &[CertainPoint], inside: bool) -> Result<(), String> {
+        let other = points.iter().find(|c| c.inside != inside);
+        other.map_or(Ok(()), |c| Err(self.incomplete(c.uv)))
+    }
+
+    /// Checks that every certain point is in one part, and on its side.
+    fn check_parts(
+        &self,
+        points: &[CertainPoint],
+        inside: &[Loops],
+        outside: &[Loops],
+    ) -> Result<(), String> {
+        let regions = |faces: &[Loops]| -> Vec<TrimRegion> {
+            faces.iter().map(|loops| region_of(self.face, loops)).collect()
+        };
+        let (inside, outside) = (regions(inside), regions(outside));
+        let held = |regions: &[TrimRegion], uv| regions.iter().filter(|r| r.contains(uv)).count();
+        for c in points {
+            let counts = [held(&inside, c.uv), held(&outside, c.uv)];
+            if counts != [usize::from(c.inside), usize::from(!c.inside)] {
+                return Err(self.incomplete(c.uv));
             }
         }
         Ok(())
+    }
+
+    fn incomplete(&self, uv: Vec2) -> String {
+        let p = self.point(uv);
+        format!("the search for cuts is incomplete near ({:.3}, {:.3}, {:.3}) mm", p.x, p.y, p.z)
     }
 }
 

@@ -3,11 +3,13 @@
 //! - [`plan`]: the curve, with its signed distance
 //! - [`trace`]: the curves on a surface that lie above the curve
 //! - [`cut`]: the loops of a face cut at the curve and closed along it
+//! - [`cells`]: points of a face whose side is certain, by which every cut is checked
 //! - `chain`: curves of a file as one closed curve
 //!
 //! The cut is a curve in the parameter plane of the face, within a fraction of the joining tolerance. Both halves have
 //! it, so that they and the neighbours remain joined.
 
+mod cells;
 mod chain;
 mod cut;
 mod error;

@@ -88,11 +88,16 @@ impl PlanCurve {
         let spans = |c: &Curve2| c.knots().windows(2).filter(|w| w[0] < w[1]).count();
         let all: usize = pieces.iter().map(spans).sum();
         if all > SPANS_MAX || pieces.is_empty() {
-            return Err(RegionError::curve(format!("a curve of {} pieces", pieces.len())));
+            return Err(RegionError::curve(format!(
+                "a curve of {all} spans, of at most {SPANS_MAX}"
+            )));
         }
         let finite = |c: &Curve2| c.points().iter().all(|p| p.x.abs() < 1e12 && p.y.abs() < 1e12);
         if !pieces.iter().all(finite) {
             return Err(RegionError::curve("a coordinate that is not finite"));
+        }
+        if !pieces.iter().all(has_sound_domain) {
+            return Err(RegionError::curve("knots without a range"));
         }
         let samples = samples_of(&pieces);
         let mut curve = Self { samples, pieces: Vec::new(), boxes: Vec::new() };
@@ -229,6 +234,14 @@ impl PlanCurve {
         let left = [before.perp(&off) > 0.0, after.perp(&off) > 0.0];
         if before.perp(&after) >= 0.0 { left[0] && left[1] } else { left[0] || left[1] }
     }
+}
+
+/// Whether the parameter range of a curve is finite and wide enough for its parameters to differ.
+fn has_sound_domain(c: &Curve2) -> bool {
+    const WIDTH_MIN_REL: f64 = 1e-9;
+    let [low, high] = c.domain();
+    let width = high - low;
+    width.is_finite() && width > WIDTH_MIN_REL * low.abs().max(high.abs())
 }
 
 /// Parameter and squared distance of the closest point.

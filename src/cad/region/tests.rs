@@ -244,3 +244,53 @@ fn signed_distances_are_positive_inside_also_at_corners() {
     assert!((round.near(Vec2::new(1.5, 2.0)).signed - 2.5).abs() < 1e-9);
     assert!((round.near(Vec2::new(1.0, 7.0)).signed + 2.0).abs() < 1e-9);
 }
+
+/// Area inside a polygon, or `None` for a face that is refused.
+fn area_within(model: &Model, corners: &[[f64; 2]]) -> Option<f64> {
+    let found = split(model, &PlanCurve::polygon(corners).unwrap(), true).ok()?;
+    let own = (0..found.inside.len()).filter(|&f| found.inside[f]);
+    Some(own.map(|f| found.model.faces[f].area(1e-10)).sum())
+}
+
+/// Cuts that lose a corner, a second sheet or a part are not seen by the sum of both halves, which share the cut: a
+/// quadrilateral has the area of its two triangles.
+#[test]
+fn a_quadrilateral_has_the_area_of_its_triangles() {
+    let (mut compared, mut refused) = (0, 0);
+    for name in ["bodies/press.stp", "forming/torus_AP214.stp", "forming/cross_die_AP214.stp"] {
+        let model = fixture(name);
+        let b = model.bbox();
+        let size = b.max - b.min;
+        for k in 0..14 {
+            let turn = 0.7 * f64::from(k);
+            let place = |a: f64| 0.5 + 0.37 * (f64::from(k) * a).sin();
+            let c = [b.min.x + size.x * place(1.3), b.min.y + size.y * place(2.1)];
+            let radius = size.x * [0.013, 0.04, 0.11][k as usize % 3];
+            let corner = |j: u32| {
+                let angle = turn + TAU * (f64::from(j) + 0.2 * f64::from(k + j).sin()) / 4.0;
+                [c[0] + radius * angle.cos(), c[1] + radius * angle.sin()]
+            };
+            let q = [0, 1, 2, 3].map(corner);
+            let parts = [&q[..], &[q[0], q[1], q[2]], &[q[0], q[2], q[3]]];
+            let [Some(whole), Some(one), Some(other)] = parts.map(|p| area_within(&model, p))
+            else {
+                refused += 1;
+                continue;
+            };
+            compared += 1;
+            let slack = 1e-6 * whole + 8.0 * radius * model.join_tolerance;
+            assert!((whole - one - other).abs() < slack, "{name} {k}: {whole} {one} {other}");
+        }
+    }
+    assert!(compared >= 36 && refused <= 6, "{compared} compared, {refused} refused");
+}
+
+/// Walls that run along the curve are on neither side.
+#[test]
+fn walls_along_the_curve_are_refused() {
+    let model = fixture("bodies/press.stp");
+    let b = model.bbox();
+    let error = split(&model, &rectangle([b.min.x, b.min.y], [b.max.x, b.max.y]), true);
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("runs along the curve"), "{error}");
+}

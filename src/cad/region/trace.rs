@@ -163,15 +163,14 @@ impl Tracer<'_> {
         self.corrected(Node { uv, piece, t, kink: false }, true)
     }
 
-    /// Follows the curve from `start` to one of `ends` (points in the parameter plane), or back to its beginning when
-    /// `closes`.
+    /// Follows the curve from `start` to one of `ends`, or back to its beginning when `closes`.
     ///
     /// # Errors
     /// The reason why the curve cannot be followed.
     pub(super) fn trace(
         &self,
         start: Node,
-        ends: &[Vec2],
+        ends: &[Node],
         closes: bool,
     ) -> Result<(Vec<Node>, End), String> {
         let mut nodes = vec![start];
@@ -185,9 +184,9 @@ impl Tracer<'_> {
             if next.uv == here.uv && next.t == here.t {
                 return Err(self.leaving(next.uv));
             }
-            let first = closes.then_some(start.uv).filter(|_| nodes.len() > 3);
-            if let Some(end) = self.end_within(here.uv, next.uv, ends, first) {
-                let uv = if let End::At(k) = end { ends[k] } else { start.uv };
+            let first = closes.then_some(start).filter(|_| nodes.len() > 3);
+            if let Some(end) = self.end_within(&here, &next, ends, first) {
+                let uv = if let End::At(k) = end { ends[k].uv } else { start.uv };
                 let near = self.curve.near(self.surface.point(uv).xy());
                 let t = if near.piece == next.piece { near.t } else { next.t };
                 nodes.push(Node { uv, t, ..next });
@@ -304,11 +303,25 @@ impl Tracer<'_> {
     }
 
     /// The end that lies on the step from `a` to `b`, the first along it.
-    fn end_within(&self, a: Vec2, b: Vec2, ends: &[Vec2], first: Option<Vec2>) -> Option<End> {
-        let along = |p: Vec2| self.along_step(a, b, p);
+    fn end_within(&self, a: &Node, b: &Node, ends: &[Node], first: Option<Node>) -> Option<End> {
+        let along = |p: Node| {
+            let place = self.along_step(a.uv, b.uv, p.uv)?;
+            self.is_between(a, b, &p).then_some(place)
+        };
         let at = ends.iter().enumerate().filter_map(|(k, p)| Some((along(*p)?, End::At(k))));
         let closed = first.and_then(|p| Some((along(p)?, End::Closed)));
         at.chain(closed).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, end)| end)
+    }
+
+    /// Whether a point is above the part of the plan curve between two nodes of a step, within the tolerance. A point
+    /// beside the step may be above another piece.
+    fn is_between(&self, a: &Node, b: &Node, p: &Node) -> bool {
+        let c = &self.curve.pieces()[a.piece];
+        let at = self.curve.pieces()[p.piece].point(p.t);
+        let near = 4.0 * self.tolerance;
+        let [from, to] = [a.t.min(b.t), a.t.max(b.t)];
+        let is_end = |t: f64| (c.point(t) - at).norm() <= near;
+        is_end(from) || is_end(to) || (p.piece == a.piece && (from..=to).contains(&p.t))
     }
 
     /// Sides along the nodes, one for each piece of the plan curve that they follow.

@@ -8,16 +8,26 @@ use super::table::parse;
 use crate::cad::CadError;
 use crate::geometry::nurbs::Curve3;
 
+/// Keyword of an occurrence in an assembly.
+const OCCURRENCE: &str = "NEXT_ASSEMBLY_USAGE_OCCURRENCE";
 /// Curves of a file at most.
 const CURVES_MAX: usize = 20_000;
 
-/// Reads the curves of the representations of a STEP file that bound no face [mm], without placements in assemblies.
+/// Reads the curves of the representations of a STEP file that bound no face [mm].
 ///
 /// # Errors
-/// [`CadError::Invalid`] as for a file of faces, and for a curve that cannot be read.
+/// [`CadError::Invalid`] as for a file of faces, for an assembly, and for a curve that cannot be read.
 pub fn read_curves(bytes: &[u8], name: &str) -> Result<Vec<Curve3>, CadError> {
     let table = parse(bytes, name)?;
     let resolver = Resolver::new(&table, bytes.len());
+    let occurrence = |e: &Entity| e.parts().iter().any(|p| p.keyword == OCCURRENCE);
+    if let Some(e) = resolver.entities().find(occurrence) {
+        let fault = e.fault(
+            "an assembly, whose placements move the curve",
+            "the curve in a file of its own",
+        );
+        return Err(fault.into_error(name));
+    }
     let mut found = Vec::new();
     for representation in representations(&resolver) {
         let a = representation.attributes();

@@ -14,8 +14,8 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use bends::Bends;
-use fake_slurm::{FakeSlurm, ends_well, increments, until};
-use serde_json::json;
+use fake_slurm::{FakeSlurm, Halted, ends_well, until};
+use serde_json::{Value, json};
 
 const SOLVER: &str = env!("CARGO_BIN_EXE_kanagata-solve");
 /// What tests of system calls need, and how to get it.
@@ -90,20 +90,21 @@ fn tasks_that_slurm_has_removed_need_not_be_cancelled() {
 
 #[test]
 fn tasks_that_slurm_removes_before_they_are_cancelled_are_no_error() {
-    let (bends, slurm) = (one(0.01), FakeSlurm::new());
+    let (bends, slurm) = (one(0.5), FakeSlurm::new());
     let local = bends.local_results();
+    slurm.set("hold", true);
     ends_well(slurm.study(&bends, &["--detach"]));
-    until("it does not run", || increments(&bends, "a").filter(|n| *n > 1));
     slurm.set("purge", true);
     let text = ends_well(slurm.study(&bends, &["--cancel"]));
     assert!(text.contains("0 submitted cases asked to end"), "{text}");
     assert!(slurm.programs().contains(&"scancel".to_owned()), "it was listed");
+    slurm.set("hold", false);
     ends_well(slurm.study(&bends, &[]));
     assert!(bends.results() == local);
 }
 
 /// Variables that hide tasks, replace what a script asks for, or keep a program waiting.
-const HIDING: [(&str, &str); 12] = [
+const HIDING: [(&str, &str); 13] = [
     ("SQUEUE_FORMAT", "%i"),
     ("SQUEUE_FORMAT2", "jobid"),
     ("SQUEUE_STATES", "CG"),
@@ -115,6 +116,7 @@ const HIDING: [(&str, &str); 12] = [
     ("SBATCH_MEM_PER_CPU", "1M"),
     ("SBATCH_SIGNAL", "KILL@1"),
     ("SBATCH_JOB_NAME", "mine"),
+    ("SBATCH_ERROR", "/dev/null"),
     ("SBATCH_CLUSTERS", "other"),
 ];
 
@@ -131,11 +133,14 @@ fn variables_of_slurm_hide_no_task_and_replace_no_request() {
         assert_eq!(slurm.asked(option), [value]);
     }
     for (option, value) in
-        [("signal", "B:TERM@60"), ("time", "5"), ("mem-per-cpu", ""), ("wait", "")]
+        [("signal", "B:TERM@60"), ("time", "5"), ("mem-per-cpu", ""), ("wait", ""), ("error", "")]
     {
         assert_eq!(slurm.asked(option), [value], "{option}");
     }
-    assert_ne!(slurm.asked("mem"), ["1M"]);
+    let case: Value =
+        serde_json::from_slice(&fs::read(bends.at("out/cases/a/case.json")).unwrap()).unwrap();
+    let expected = (1.3 * case["expected"]["memory_mb"].as_f64().unwrap()).ceil();
+    assert_eq!(slurm.asked("mem"), [format!("{expected}M")]);
     // Options count more than variables.
     fs::remove_dir_all(bends.at("out")).unwrap();
     let mut study = bends.file();
@@ -147,16 +152,98 @@ fn variables_of_slurm_hide_no_task_and_replace_no_request() {
     {
         assert_eq!(slurm.asked(option)[1], value, "{option}");
     }
-    assert_eq!(slurm.asked("mem-per-cpu")[1], "2G");
+    // Slurm refuses two options for memory.
+    assert_eq!([&slurm.asked("mem-per-cpu")[1], &slurm.asked("mem")[1]], ["2G", ""]);
+}
+
+#[test]
+fn values_with_spaces_are_one_argument_and_what_is_no_option_is_refused() {
+    let (bends, slurm) = (one(0.5), FakeSlurm::new());
+    let mut study = bends.file();
+    study["slurm"] = json!({"account": "metal forming", "options": ["--comment \"two words\""]});
+    bends.put_study(&study);
+    ends_well(slurm.study(&bends, &["--sbatch=--partition='so long'"]));
+    for (option, value) in
+        [("account", "metal forming"), ("comment", "two words"), ("partition", "so long")]
+    {
+        assert_eq!(slurm.asked(option), [value]);
+    }
+    for (given, why) in [
+        ("long", "\"long\" belongs to no option"),
+        ("--comment=two words", "\"words\" belongs to no option"),
+        ("--array=0-3", "--array=0-3 is set by the study"),
+    ] {
+        let (code, _, errors) = slurm.study(&bends, &["--again", "--sbatch", given]);
+        assert_eq!((code, slurm.submissions()), (2, 1), "{errors}");
+        assert!(errors.contains(why) && errors.contains("quotes around values"), "{errors}");
+    }
+}
+
+#[test]
+fn tasks_are_asked_for_on_the_cluster_that_has_them() {
+    let (bends, slurm) = (one(0.002), FakeSlurm::new());
+    let local = bends.local_results();
+    let mut study = bends.file();
+    study["slurm"] = json!({"options": ["-M a,b"]});
+    bends.put_study(&study);
+    ends_well(slurm.study(&bends, &["--detach"]));
+    let tickets = fs::read_to_string(bends.at("out/runner.json")).unwrap();
+    assert!(tickets.contains("\"cluster\": \"b\""), "{tickets}");
+    let halted = Halted::at_work(&bends, "a");
+    // Without the study, and whatever the environment holds.
+    let out = bends.at("out");
+    let mut cancel = Command::new(env!("CARGO_BIN_EXE_kanagata"));
+    cancel.arg("study").arg(&out).arg("--cancel").env("SLURM_CLUSTERS", "a");
+    let done = cancel.envs(slurm.variables()).output().unwrap();
+    let text = String::from_utf8_lossy(&[&done.stdout[..], &done.stderr].concat()).into_owned();
+    assert!(done.status.success() && text.contains("1 submitted cases asked to end"), "{text}");
+    assert_eq!(slurm.cancelled(), ["-M b 101_0"]);
+    drop(halted);
+    until("it continues", || {
+        let text = fs::read_to_string(bends.run_of("a").join("run.json")).ok()?;
+        text.contains("\"stopped\"").then_some(())
+    });
+    // A command without the option finds them as well.
+    study["slurm"] = json!({});
+    bends.put_study(&study);
+    ends_well(slurm.study(&bends, &[]));
+    assert!(bends.results() == local);
+}
+
+#[test]
+fn cases_that_follow_others_are_submitted_to_their_cluster() {
+    let (bends, slurm) = (Bends::twelve(0.5), FakeSlurm::new());
+    let local = bends.local_results();
+    ends_well(slurm.study_with(&bends, &[("SBATCH_CLUSTERS", "a,b")], &[]));
+    assert!(bends.results() == local);
+    assert_eq!(slurm.asked("clusters"), ["a,b", "b"]);
+}
+
+#[test]
+fn tickets_that_cannot_be_read_are_reported() {
+    let (bends, slurm) = (one(0.5), FakeSlurm::new());
+    let cancel = || slurm.study(&bends, &["--cancel"]);
+    fs::create_dir(bends.at("out")).unwrap();
+    let (code, _, errors) = cancel();
+    assert!(code == 4 && errors.contains("order.json"), "{errors}");
+    slurm.set("hold", true);
+    ends_well(slurm.study(&bends, &["--detach"]));
+    fs::write(bends.at("out/runner.json"), "{").unwrap();
+    let (code, _, errors) = cancel();
+    assert!(code == 2 && errors.contains("runner.json"), "{errors}");
+    slurm.set("hold", false);
+    let text = ends_well(slurm.study(&bends, &[]));
+    assert!(text.contains("tickets of submitted cases are lost"), "{text}");
 }
 
 #[test]
 fn variables_of_slurm_do_not_keep_tasks_from_being_cancelled() {
     let (bends, slurm) = (one(0.002), FakeSlurm::new());
     ends_well(slurm.study_with(&bends, &HIDING, &["--detach"]));
-    until("it does not run", || increments(&bends, "a").filter(|n| *n > 1));
+    let halted = Halted::at_work(&bends, "a");
     let text = ends_well(slurm.study_with(&bends, &HIDING, &["--cancel"]));
     assert!(text.contains("1 submitted cases asked to end"), "{text}");
+    drop(halted);
     until("it continues", || {
         let text = fs::read_to_string(bends.run_of("a").join("run.json")).ok()?;
         text.contains("\"stopped\"").then_some(())

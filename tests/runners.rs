@@ -10,7 +10,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use bends::Bends;
-use fake_slurm::{FakeSlurm, ends_well, increments, until};
+use fake_slurm::{FakeSlurm, Halted, ends_well, increments, until};
 use serde_json::{Value, json};
 
 #[test]
@@ -36,7 +36,7 @@ fn a_submission_that_is_lost_is_made_again() {
 }
 
 #[test]
-fn a_case_without_progress_is_given_up_after_some_tries() {
+fn a_case_without_progress_fails_after_some_tries() {
     let (bends, slurm) = (Bends::new(&[("a", json!({}))], 0.5), FakeSlurm::new());
     let local = bends.local_results();
     slurm.set("fail", true);
@@ -100,14 +100,14 @@ fn a_submission_that_is_refused_ends_the_study() {
 
 #[test]
 fn a_run_of_inputs_that_changed_meanwhile_is_kept_until_it_may_be_lost() {
-    let (bends, slurm) = (Bends::new(&[("a", json!({}))], 0.004), FakeSlurm::new());
+    let (bends, slurm) = (Bends::new(&[("a", json!({}))], 0.002), FakeSlurm::new());
     ends_well(slurm.study(&bends, &["--detach"]));
-    until("it does not run", || increments(&bends, "a").filter(|n| *n > 1));
+    let halted = Halted::at_work(&bends, "a");
     let mut study = bends.file();
     study["scene"]["blank"]["thickness_mm"] = 0.9.into();
     bends.put_study(&study);
-    let (code, text, errors) = slurm.study(&bends, &[]);
-    assert_eq!((code, slurm.submissions()), (3, 1), "{text}{errors}");
+    let (code, text) = slurm.study_until(&bends, "a: runs", || drop(halted));
+    assert_eq!((code, slurm.submissions()), (3, 1), "{text}");
     assert!(text.contains("its run is of other inputs: scene has changed"), "{text}");
     let (code, _, errors) = slurm.study(&bends, &[]);
     assert!(code == 2 && errors.contains("a: scene has changed"), "{errors}");
@@ -142,15 +142,16 @@ fn tickets_that_are_lost_cost_no_results() {
 }
 
 #[test]
-fn cases_that_are_cancelled_leave_checkpoints_and_go_on() {
+fn cases_that_are_cancelled_continue_from_their_checkpoints() {
     let (bends, slurm) = (Bends::new(&[("a", json!({}))], 0.002), FakeSlurm::new());
     let local = bends.local_results();
     ends_well(slurm.study(&bends, &["--detach"]));
-    until("it does not run", || increments(&bends, "a").filter(|n| *n > 5));
+    let halted = Halted::at_work(&bends, "a");
     // Another runner would not know of it.
     let (code, _, errors) = bends.study(&[]);
     assert!(code == 2 && errors.contains("submitted with the runner slurm"), "{errors}");
     ends_well(slurm.study(&bends, &["--cancel"]));
+    drop(halted);
     until("it continues", || {
         let text = fs::read_to_string(bends.run_of("a").join("run.json")).ok()?;
         text.contains("\"stopped\"").then_some(())

@@ -19,13 +19,15 @@ const SLURM: [&str; 2] =
     ["Slurm", "run as root on a Debian system whose packages can be had (tools/slurm install)"];
 
 /// Variables that hide tasks, or replace what a script or an option asks for by what the nodes do not have.
-const HIDING: [(&str, &str); 9] = [
+const HIDING: [(&str, &str); 11] = [
     ("SQUEUE_FORMAT", "%i"),
     ("SQUEUE_FORMAT2", "jobid"),
     ("SQUEUE_STATES", "CG"),
     ("SQUEUE_USERS", "nobody"),
     ("SBATCH_WAIT", "1"),
     ("SBATCH_MEM_PER_CPU", "900000"),
+    ("SBATCH_CPUS_PER_GPU", "1"),
+    ("SBATCH_ERROR", "/nosuch/errors"),
     ("SBATCH_PARTITION", "nosuch"),
     ("SBATCH_JOB_NAME", "mine"),
     ("SBATCH_ARRAY_INX", "0-99"),
@@ -151,7 +153,9 @@ fn whatever_happens_on_slurm_the_results_are_those_of_a_local_study() {
     fs::remove_dir_all(twelve.at("out")).unwrap();
     let plain = slurm.variables.clone();
     slurm.variables.extend(HIDING.map(|(name, value)| (name.to_owned(), value.to_owned())));
-    let text = slurm.study(&twelve, &["--partition", "debug"], 0);
+    // Slurm refuses two options for memory, and takes a word that is no option for the script.
+    let more = ["--partition", "debug", "--sbatch=--mem-per-cpu=50M --comment=\"two words\""];
+    let text = slurm.study(&twelve, &more, 0);
     assert!(!text.contains("submitted again"), "variables that hide tasks: {text}");
     assert!(twelve.results() == local, "variables that hide tasks");
     slurm.variables = plain;
@@ -182,7 +186,7 @@ fn whatever_happens_on_slurm_the_results_are_those_of_a_local_study() {
     let of_queue = queue.local_results();
     let study = slurm.begin(&queue);
     until("no solver", || record(&queue, "c01"));
-    // Tasks that run there go on, the others start on the other node.
+    // Tasks that run there keep running, the others start on the other node.
     slurm.output(&["scontrol", "update", "NodeName=node1", "State=DRAIN", "Reason=test"]);
     wait_well(study);
     assert!(queue.results() == of_queue, "a node drained");

@@ -1,4 +1,4 @@
-//! `kanagata study` from end to end: what is run, what is not run again, what goes on, what is refused.
+//! `kanagata study` from end to end: what is run, what is not run again, what continues, what is refused.
 
 mod bend;
 mod bends;
@@ -172,7 +172,7 @@ mod processes {
     use std::process::{Child, Command, Stdio};
     use std::time::{Duration, Instant, SystemTime};
 
-    /// A study that would go on for a minute.
+    /// A study that would run for a minute.
     fn long() -> Bends {
         Bends::new(&[("a", json!({}))], 0.001)
     }
@@ -208,13 +208,13 @@ mod processes {
         assert!(done.success());
     }
 
-    /// When the run was begun: its tools are written then, and not when it goes on.
+    /// When the run was begun: its tools are written then, and not when it continues.
     fn begun_at(bends: &Bends) -> SystemTime {
         fs::metadata(bends.run_of("a").join("tools/plane.vtu")).unwrap().modified().unwrap()
     }
 
-    /// Has the study go on by some increments.
-    fn go_on(bends: &Bends, before: &Status) {
+    /// Has the study continue by some increments.
+    fn continue_by_some(bends: &Bends, before: &Status) {
         let mut study = begin(bends);
         at_work(bends, before.increment);
         signal(study.id(), "-TERM");
@@ -222,7 +222,7 @@ mod processes {
     }
 
     #[test]
-    fn a_study_that_is_asked_to_end_leaves_checkpoints_and_goes_on() {
+    fn a_study_that_is_asked_to_end_leaves_checkpoints_and_continues() {
         let bends = long();
         let mut study = begin(&bends);
         at_work(&bends, 0);
@@ -236,7 +236,7 @@ mod processes {
         let stopped = status(&bends.run_of("a")).unwrap();
         assert_eq!(stopped.state, State::Stopped);
         assert!(stopped.checkpoint.as_ref().is_some_and(|c| c.increment == stopped.increment));
-        go_on(&bends, &stopped);
+        continue_by_some(&bends, &stopped);
         assert_eq!(begun_at(&bends), begun);
     }
 
@@ -252,7 +252,7 @@ mod processes {
         until("the solver continues", || lock::holder(&run).unwrap().is_none().then_some(()));
         let stopped = status(&bends.run_of("a")).unwrap();
         assert_eq!(stopped.state, State::Stopped);
-        go_on(&bends, &stopped);
+        continue_by_some(&bends, &stopped);
         assert_eq!(begun_at(&bends), begun);
     }
 

@@ -11,13 +11,15 @@ use super::stop;
 use super::study_args::StudyArgs;
 use super::study_error::{folder, io, value};
 use super::terminal::{err, out, put};
+use crate::run::lock::Lock;
 use crate::study::case::Case;
 use crate::study::cases::{Roots, cases, chosen, from_case, ids};
 use crate::study::checks::Outcome;
 use crate::study::collect::{Findings, collect};
 use crate::study::file::Study;
 use crate::study::follow::with_leaders;
-use crate::study::prepare::prepare;
+use crate::study::prepare::{Order, prepare};
+use crate::study::runner::Runner;
 use crate::study::runner::tickets::{Ticket, Tickets};
 use crate::study::schedule::{self, Execution, Left, execute};
 use crate::study::states::{State, States, refuse_other_runs, states};
@@ -28,13 +30,7 @@ use crate::study::states::{State, States, refuse_other_runs, states};
 /// As `kanagata study`.
 pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
     let output = args.folder();
-    let [own, tools] = folders(args)?;
-    let chosen = chosen_cases(args, study)?;
-    std::fs::create_dir_all(output).map_err(folder(output))?;
-    let base = output.canonicalize().map_err(io(output))?;
-    let [tools, own] = [&tools, &own].map(|folder| from_case(&base, folder));
-    let all = cases(study, &Roots { tools: &tools, own: &own }, args.quick);
-    let open = with_leaders(&all, |id| chosen.contains(id));
+    let (all, open) = all_and_open(args, study)?;
     if args.collect {
         return compared(args, study, &all, &[], &states(&all, output));
     }
@@ -43,59 +39,26 @@ pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> 
     if !args.renew {
         refuse_other_runs(&before, output)?;
     }
+    // Options that are wrong are refused before anything is written.
+    let mut runner = runner(args, study)?;
     prepare(&open, &all, output, threads(args), &|line| err!("note: {line}"))?;
     if args.prepare {
-        out!(
-            "{} cases prepared; `kanagata-solve case {}/cases/NAME` runs one",
-            open.len(),
-            output.display()
-        );
+        let (count, folder) = (open.len(), output.display());
+        out!("{count} cases prepared; `kanagata-solve case {folder}/cases/NAME` runs one");
         return Ok(Exit::Done);
     }
-    let jobs = args.jobs.map_or(1, NonZeroUsize::get);
-    let mut runner = args.runner.runner(output, Some(study), jobs, args.again)?;
     if args.runner.emit {
         for text in schedule::emit(&open, &before, output, &*runner, args.runner.task_s()) {
             put(text.trim_end());
         }
         return Ok(Exit::Done);
     }
-    let stop = stop::request();
-    let section = stop.section();
-    let how = Execution {
-        folder: output,
-        max_tries: args.runner.max_tries(),
-        task_s: args.runner.task_s(),
-        stall: schedule::STALL,
-        now: &Instant::now,
-        again: args.again,
-        renew: args.renew,
-        before: &before,
-        lock: &lock,
-        detach: args.runner.detach,
-        stop,
-        runner: &mut *runner,
-    };
-    let left = execute(&open, how, &|line| out!("{line}"))?;
-    drop(section);
-    if stop.is_requested() {
-        out!(
-            "{}",
-            if runner.outlives() {
-                "stopped; submitted cases go on; the same command continues, --cancel ends them"
-            } else {
-                "stopped; the same command continues from the checkpoints"
-            }
-        );
-        return Ok(Exit::Stopped);
+    let (left, stopped) = run(args, &open, &mut *runner, &lock, &before)?;
+    if stopped {
+        return Ok(after_stop(&*runner));
     }
     if args.runner.detach {
-        let Left { submitted, waiting, not_done } = left;
-        out!(
-            "{submitted} cases submitted, {waiting} wait for a later command, {not_done} of the others not done"
-        );
-        out!("the same command continues; state: kanagata study {} --status", output.display());
-        return Ok(if not_done == 0 { Exit::Done } else { Exit::NoConvergence });
+        return Ok(after_submission(left, output));
     }
     schedule::check_lock(&lock, output)?;
     // Where nothing had to be run, nothing has changed.
@@ -104,13 +67,85 @@ pub(super) fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> 
     compared(args, study, &all, &open, &after)
 }
 
+/// All cases of a study in its folder, which is made if it is missing, and those that are to be run.
+fn all_and_open(args: &StudyArgs, study: &Study) -> Result<(Vec<Case>, Vec<Case>), Failure> {
+    let output = args.folder();
+    let [own, tools] = folders(args)?;
+    let chosen = chosen_cases(args, study)?;
+    std::fs::create_dir_all(output).map_err(folder(output))?;
+    let base = output.canonicalize().map_err(io(output))?;
+    let [tools, own] = [&tools, &own].map(|folder| from_case(&base, folder));
+    let all = cases(study, &Roots { tools: &tools, own: &own }, args.quick);
+    let open = with_leaders(&all, |id| chosen.contains(id));
+    Ok((all, open))
+}
+
+/// Where the cases of a study run.
+fn runner(args: &StudyArgs, study: &Study) -> Result<Box<dyn Runner>, Failure> {
+    let jobs = args.jobs.map_or(1, NonZeroUsize::get);
+    args.runner.runner(args.folder(), Some(study), jobs, args.again)
+}
+
+/// Runs the cases that are not done. Returns what is left, and whether a stop was requested.
+fn run(
+    args: &StudyArgs,
+    open: &[Case],
+    runner: &mut dyn Runner,
+    lock: &Lock,
+    before: &States,
+) -> Result<(Left, bool), Failure> {
+    let stop = stop::request();
+    // Until the end of the function a stop request is handled by the schedule.
+    let _section = stop.section();
+    let how = Execution {
+        folder: args.folder(),
+        max_tries: args.runner.max_tries(),
+        task_s: args.runner.task_s(),
+        stall: schedule::STALL,
+        now: &Instant::now,
+        pause: &std::thread::sleep,
+        again: args.again,
+        renew: args.renew,
+        before,
+        lock,
+        detach: args.runner.detach,
+        stop,
+        runner,
+    };
+    let left = execute(open, how, &|line| out!("{line}"))?;
+    Ok((left, stop.is_requested()))
+}
+
+/// What is said after a stop request.
+fn after_stop(runner: &dyn Runner) -> Exit {
+    if runner.outlives() {
+        out!(
+            "stopped; submitted cases keep running; the same command continues, --cancel ends them"
+        );
+    } else {
+        out!("stopped; the same command continues from the checkpoints");
+    }
+    Exit::Stopped
+}
+
+/// What is said after a submission without waiting.
+fn after_submission(Left { submitted, waiting, not_done }: Left, output: &Path) -> Exit {
+    out!(
+        "{submitted} cases submitted, {waiting} wait for a later command, {not_done} of the others not done"
+    );
+    out!("the same command continues; state: kanagata study {} --status", output.display());
+    if not_done == 0 { Exit::Done } else { Exit::NoConvergence }
+}
+
 /// Asks all submitted cases to end.
 ///
 /// # Errors
-/// Exit code 2 with another runner than that of the tickets, 4 when the engine does not answer.
+/// Exit code 2 with another runner than that of the tickets or where these are damaged, 4 when the folder holds no study or
+/// the engine does not answer.
 pub(super) fn cancel(args: &StudyArgs) -> Result<Exit, Failure> {
     let output = args.folder();
-    let tickets = Tickets::read(output);
+    Order::read(output)?;
+    let tickets = Tickets::read(output)?;
     let mut runner = args.runner.of(&tickets.runner).runner(output, None, 1, false)?;
     let open: Vec<Ticket> = tickets.cases.values().filter_map(|s| s.ticket.clone()).collect();
     let asked = if open.is_empty() {

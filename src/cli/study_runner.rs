@@ -9,7 +9,7 @@ use super::study_error::io;
 use crate::study::file::Study;
 use crate::study::runner::Runner;
 use crate::study::runner::process::{self, NAMES, Processes};
-use crate::study::runner::slurm::{self, Slurm};
+use crate::study::runner::slurm::{self, Options, Slurm};
 use crate::study::runner::template::Template;
 use crate::study::schedule::MAX_TRIES;
 
@@ -59,7 +59,7 @@ pub struct RunnerArgs {
     /// Partition of Slurm's jobs
     #[arg(long, value_name = "NAME")]
     partition: Option<String>,
-    /// Another option of sbatch (--sbatch=--qos=long); may be repeated
+    /// Another option of sbatch (--sbatch=--qos=long), split as by a shell; may be repeated
     #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
     sbatch: Vec<String>,
     /// Expected time below which cases share a task of Slurm [min]; default 5
@@ -157,23 +157,31 @@ impl RunnerArgs {
     /// Options of sbatch: those of the study file, then those of the command line, which count more.
     ///
     /// # Errors
-    /// Exit code 2 for a text that is no option: it would be a line of a shell script.
-    fn sbatch_options(&self, file: Option<&Study>) -> Result<Vec<String>, Failure> {
+    /// Exit code 2 for a text that is no option: `sbatch` would take it for the script.
+    fn sbatch_options(&self, file: Option<&Study>) -> Result<Options, Failure> {
         let slurm = file.and_then(|study| study.slurm.clone()).unwrap_or_default();
-        let named = |name: &str, own: &Option<String>, given: &Option<String>| {
-            given.as_ref().or(own.as_ref()).map(|value| format!("--{name}={value}"))
-        };
-        let account = named("account", &slurm.account, &self.account);
-        let partition = named("partition", &slurm.partition, &self.partition);
-        let more = slurm.options.iter().chain(&self.sbatch).cloned();
-        let options: Vec<String> = account.into_iter().chain(partition).chain(more).collect();
-        let is_option = |text: &&String| text.starts_with('-') && !text.contains(char::is_control);
-        match options.iter().find(|text| !is_option(text)) {
-            None => Ok(options),
-            Some(text) => Err(Failure::input(format!(
-                "options of sbatch (`slurm` of the study, --sbatch): found {text:?}; allowed: one option each, with its dashes"
-            ))),
+        let mut options = Options::default();
+        for (name, own, given) in [
+            ("account", &slurm.account, &self.account),
+            ("partition", &slurm.partition, &self.partition),
+        ] {
+            if let Some(value) = given.as_ref().or(own.as_ref()) {
+                options.set(name, value).map_err(refused(value))?;
+            }
         }
+        for text in slurm.options.iter().chain(&self.sbatch) {
+            options.add(text).map_err(refused(text))?;
+        }
+        Ok(options)
+    }
+}
+
+/// The failure for a text of which `why` is wrong as an option of sbatch.
+fn refused(text: &str) -> impl FnOnce(String) -> Failure {
+    move |why| {
+        Failure::input(format!(
+            "options of sbatch (`slurm` of the study, --sbatch): found {text:?} {why}; allowed: options with their dashes, and quotes around values with spaces (--comment=\"two words\")"
+        ))
     }
 }
 

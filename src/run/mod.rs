@@ -314,17 +314,17 @@ impl Run<'_> {
         outcome: Result<(), SimulationError>,
         section: Section,
     ) -> Result<(), RunError> {
-        let gave_up = match &outcome {
+        let failed = match &outcome {
             Err(SimulationError::GaveUp { node, share, .. }) => Some((*node, *share == 0.0)),
             _ => None,
         };
         self.check_lock()?;
-        folder.write_last_state(simulation, gave_up.map(|(node, _)| node))?;
-        if gave_up.is_some() {
+        folder.write_last_state(simulation, failed.map(|(node, _)| node))?;
+        if failed.is_some() {
             folder.record_failure(simulation)?;
         }
         let verdict = verdict_of(&outcome);
-        let more = gave_up.map_or(String::new(), |(_, begins)| {
+        let more = failed.map_or(String::new(), |(_, begins)| {
             failure_details(&folder.record, simulation, begins)
         });
         let message = outcome.as_ref().err().map(|cause| format!("{cause}{more}"));

@@ -60,7 +60,7 @@ pub struct SlurmOptions {
     /// Partition.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub partition: Option<String>,
-    /// Other options of `sbatch`, with their dashes.
+    /// Other options of `sbatch`, with their dashes, split as by a shell: `--comment="two words"`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub options: Vec<String>,
 }

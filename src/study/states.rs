@@ -70,7 +70,8 @@ pub fn states(cases: &[Case], folder: &Path) -> States {
     let digests = Digests::default();
     let own: States = cases.iter().map(|c| (c.id.clone(), entry(c, folder, &digests))).collect();
     let mut all = own.clone();
-    let tickets = Tickets::read(folder);
+    // A damaged file is reported by who submits or cancels.
+    let tickets = Tickets::read(folder).unwrap_or_default();
     for (id, entry) in all.iter_mut().filter(|(_, entry)| entry.state == State::Waiting) {
         let reason = tickets.cases.get(id).and_then(|submission| submission.last_failure.clone());
         if reason.is_some() {
@@ -144,7 +145,7 @@ pub(super) fn entry(case: &Case, study: &Path, digests: &Digests) -> Entry {
     Entry { record, ..entry }
 }
 
-/// Refuses to go on where runs are of other inputs or of another build.
+/// Refuses to continue where runs are of other inputs or of another build.
 ///
 /// # Errors
 /// [`StudyError::OtherRuns`] with the differences.

@@ -54,10 +54,10 @@ pub struct CaseStatus {
 /// States of the cases of the study in `folder`, in the order in which they run.
 ///
 /// # Errors
-/// [`StudyError::Io`] when the folder holds no study, [`StudyError::Value`] when `order.json` is invalid.
+/// [`StudyError::Io`] when the folder holds no study, [`StudyError::Value`] when `order.json` or `runner.json` is invalid.
 pub fn status(folder: &Path) -> Result<Vec<CaseStatus>, StudyError> {
     let order = Order::read(folder)?;
-    let tickets = Tickets::read(folder);
+    let tickets = Tickets::read(folder)?;
     let of = |name: String| {
         let submission = tickets.cases.get(&name).cloned().unwrap_or_default();
         case_status(folder, name, &submission)

@@ -2,7 +2,9 @@
 #![allow(dead_code, reason = "not every test needs all of it")]
 
 use std::fs;
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -43,6 +45,12 @@ impl FakeSlurm {
         text.lines().map(str::to_owned).collect()
     }
 
+    /// Arguments of the calls of scancel.
+    pub fn cancelled(&self) -> Vec<String> {
+        let text = fs::read_to_string(self.at("cancelled")).unwrap_or_default();
+        text.lines().map(str::to_owned).collect()
+    }
+
     /// Values of an option that counted, by submission.
     pub fn asked(&self, option: &str) -> Vec<String> {
         let text = fs::read_to_string(self.at("asked")).unwrap_or_default();
@@ -68,10 +76,63 @@ impl FakeSlurm {
         variables: &[(&str, &str)],
         options: &[&str],
     ) -> (i32, String, String) {
-        let slurm = ["--runner", "slurm", "--task-minutes", "0", "--threads", "1"];
         let more = variables.iter().map(|(name, value)| (*name, (*value).to_owned()));
         let variables: Vec<(&str, String)> = self.variables().into_iter().chain(more).collect();
-        bends.study_with(&variables, &[&slurm, options].concat())
+        bends.study_with(&variables, &[&OPTIONS, options].concat())
+    }
+
+    /// Exit code and output of a study; when it has printed `line`, `then` is called.
+    pub fn study_until(&self, bends: &Bends, line: &str, then: impl FnOnce()) -> (i32, String) {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata"));
+        command.args(bends.arguments()).arg("--accept-doubts").args(OPTIONS);
+        command.envs(self.variables()).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut study = command.spawn().unwrap();
+        let mut output = BufReader::new(study.stdout.take().unwrap());
+        let mut text = String::new();
+        while !text.lines().any(|own| own == line) {
+            assert!(output.read_line(&mut text).unwrap() > 0, "no line {line:?}: {text}");
+        }
+        then();
+        output.read_to_string(&mut text).unwrap();
+        (study.wait().unwrap().code().unwrap_or(-1), text)
+    }
+}
+
+/// Options of every study with this Slurm.
+const OPTIONS: [&str; 6] = ["--runner", "slurm", "--task-minutes", "0", "--threads", "1"];
+
+/// A solver that stands still in the middle of its run until this is dropped. A signal reaches it afterwards.
+pub struct Halted {
+    process: String,
+}
+
+impl Halted {
+    /// Halts the solver of a case after its first increments.
+    pub fn at_work(bends: &Bends, case: &str) -> Self {
+        let record = || -> Option<Value> {
+            serde_json::from_slice(&fs::read(bends.run_of(case).join("run.json")).ok()?).ok()
+        };
+        let record =
+            until("it does not run", || record().filter(|r| r["increments"].as_u64() > Some(1)));
+        let halted = Self { process: record["process"]["id"].to_string() };
+        halted.signal("-STOP");
+        // A process that stands still has not ended.
+        until("it does not stand still", || {
+            let text = fs::read_to_string(format!("/proc/{}/stat", halted.process)).ok()?;
+            text.contains("(kanagata-solve) T").then_some(())
+        });
+        halted
+    }
+
+    fn signal(&self, name: &str) {
+        let done = Command::new("kill").args([name, &self.process]).status().unwrap();
+        assert!(done.success(), "{name} of {}", self.process);
+    }
+}
+
+impl Drop for Halted {
+    fn drop(&mut self) {
+        let _ = Command::new("kill").args(["-CONT", &self.process]).status();
     }
 }
 

@@ -14,6 +14,9 @@ use std::time::Duration;
 use self::tickets::Ticket;
 use super::StudyError;
 
+/// Interval between questions to an engine [s]: one that answers for many users is not asked more often.
+const ENGINE_INTERVAL: Duration = Duration::from_secs(5);
+
 /// Cases that one task runs one after the other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group {
@@ -70,14 +73,20 @@ pub trait Runner {
     /// Name, as `--runner` has it.
     fn name(&self) -> &'static str;
 
-    /// Number of groups that it takes now.
-    fn free(&self) -> usize;
+    /// Number of groups that it takes now; any number without a limit of its own.
+    fn free(&self) -> usize {
+        usize::MAX
+    }
 
     /// Whether it takes groups that must wait for others, and orders them itself.
-    fn orders_dependents(&self) -> bool;
+    fn orders_dependents(&self) -> bool {
+        false
+    }
 
-    /// Whether its tickets outlive this process.
-    fn outlives(&self) -> bool;
+    /// Whether its tickets outlive this process, as those of an engine do.
+    fn outlives(&self) -> bool {
+        true
+    }
 
     /// Whether a ticket may seem gone while the engine is only silent.
     fn may_be_silent(&self) -> bool {
@@ -85,7 +94,9 @@ pub trait Runner {
     }
 
     /// Interval between calls of [`Runner::poll`].
-    fn interval(&self) -> Duration;
+    fn interval(&self) -> Duration {
+        ENGINE_INTERVAL
+    }
 
     /// Puts groups that may run in any order into the order in which [`Runner::submit`] takes them.
     fn arrange(&self, _groups: &mut [Group]) {}
@@ -108,12 +119,17 @@ pub trait Runner {
     /// [`EngineError`].
     fn poll(&mut self, tickets: &[Ticket]) -> Result<Vec<TicketState>, EngineError>;
 
-    /// Asks groups to end; their runs save checkpoints.
+    /// Asks groups that the last [`Runner::poll`] has found waiting or running to end; their runs save checkpoints.
+    /// All are asked, also after one that could not be. An engine that ends nothing refuses it.
     ///
     /// # Errors
-    /// [`EngineError`].
-    fn cancel(&mut self, tickets: &[Ticket]) -> Result<(), EngineError>;
+    /// [`EngineError`], the first.
+    fn cancel(&mut self, _tickets: &[Ticket]) -> Result<(), EngineError> {
+        Err(EngineError::Refused("it has no command that ends a ticket".into()))
+    }
 
-    /// What [`Runner::submit`] would hand over, as text.
-    fn emit(&self, groups: &[Group]) -> String;
+    /// What [`Runner::submit`] would hand over, as text; the names of the cases of a group in a line if it is no text.
+    fn emit(&self, groups: &[Group]) -> String {
+        groups.iter().map(|group| group.cases.join(" ") + "\n").collect()
+    }
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::template::{Template, Values, joined};
 use super::tickets::Ticket;
-use super::{EngineError, Group, Record, Runner, TicketState};
+use super::{ENGINE_INTERVAL, EngineError, Group, Record, Runner, TicketState};
 use crate::files::temporary::own_group;
 use crate::files::{Input, WriteError, create_log};
 use crate::report::record::Process;
@@ -16,10 +16,8 @@ use crate::study::StudyError;
 
 /// Interval between checks of processes.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
-/// Interval between questions to an engine.
-const ENGINE_INTERVAL: Duration = Duration::from_secs(5);
 /// Submissions in a row that fail before the engine counts as refusing them: its exit code does not tell a server that is
-/// restarted from a wrong option. At the interval above it is about a minute.
+/// restarted from a wrong option. At the interval of an engine it is about a minute.
 const FAILURES_MAX: usize = 10;
 /// File in the folder of a case that receives the output of its command.
 const LOG: &str = "case.log";
@@ -125,7 +123,7 @@ impl Processes {
             .map_err(|source| StudyError::Start { path: words[0].clone().into(), source })?;
         let id = identity(child.id()).and_then(|process| serde_json::to_string(&process).ok());
         let id = id.unwrap_or_else(|| child.id().to_string());
-        Ok(Running { child, ticket: Ticket { id, task: 0 }, place, log })
+        Ok(Running { child, ticket: Ticket::new(id), place, log })
     }
 
     /// Hands a group over to an engine and returns its ticket.
@@ -136,7 +134,7 @@ impl Processes {
         let last = text.split_whitespace().last().filter(|_| output.status.success());
         if let Some(id) = last {
             self.failures = 0;
-            return Ok(Ticket { id: id.to_owned(), task: 0 });
+            return Ok(Ticket::new(id.to_owned()));
         }
         if output.status.success() {
             let reason = format!("`{}` printed no ticket", joined(&words));

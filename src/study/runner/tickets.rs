@@ -1,11 +1,13 @@
 //! `runner.json`: tickets of submitted cases. Losing it costs repeated submissions, never results.
 
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::files::{Input, WriteError, write_atomic};
+use crate::study::StudyError;
 
 /// Name of the file in the folder of a study.
 const NAME: &str = "runner.json";
@@ -18,6 +20,23 @@ pub struct Ticket {
     /// Index of its task.
     #[serde(default)]
     pub task: usize,
+    /// The cluster that has it, or those (`a,b`, `all`) of which one may have it; none for that of the configuration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cluster: Option<String>,
+}
+
+impl Ticket {
+    /// A ticket of one task.
+    #[must_use]
+    pub fn new(id: String) -> Self {
+        Self { id, task: 0, cluster: None }
+    }
+
+    /// Whether both are of the same task; the cluster may be known to one of them only.
+    #[must_use]
+    pub fn is_same_task(&self, other: &Self) -> bool {
+        (&self.id, self.task) == (&other.id, other.task)
+    }
 }
 
 /// The submissions of a case.
@@ -46,11 +65,23 @@ pub struct Tickets {
 }
 
 impl Tickets {
-    /// Reads the tickets of a study; none if there is no file or it is damaged.
-    #[must_use]
-    pub fn read(study: &Path) -> Self {
-        let text = crate::files::read(&study.join(NAME), Input::Description).unwrap_or_default();
-        serde_json::from_slice(&text).unwrap_or_default()
+    /// Reads the tickets of a study; none if there is no file.
+    ///
+    /// # Errors
+    /// [`StudyError::Io`] when the file cannot be read, [`StudyError::Value`] when it is damaged.
+    pub fn read(study: &Path) -> Result<Self, StudyError> {
+        let path = study.join(NAME);
+        let text = match crate::files::read(&path, Input::Description) {
+            Ok(text) => text,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
+            Err(source) => return Err(StudyError::Io { path, source }),
+        };
+        serde_json::from_slice(&text).map_err(|e| StudyError::Value {
+            path,
+            place: format!("line {}, column {}", e.line(), e.column()),
+            found: e.to_string(),
+            allowed: "the tickets of a study as this program writes them; without the file, submitted cases may be submitted twice, and their locks let one run".into(),
+        })
     }
 
     /// Writes the tickets.
@@ -62,5 +93,26 @@ impl Tickets {
             serde_json::to_writer_pretty(&mut *w, self)?;
             writeln!(w)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tickets_are_read_as_written_and_a_damaged_file_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let study = folder.path();
+        assert_eq!(Tickets::read(study).unwrap(), Tickets::default());
+        let ticket = Ticket { cluster: Some("b".into()), ..Ticket::new("kanagata-1".into()) };
+        let mut tickets = Tickets { runner: "slurm".into(), ..Tickets::default() };
+        let submission = Submission { ticket: Some(ticket), tries: 1, ..Submission::default() };
+        tickets.cases.insert("a".into(), submission);
+        tickets.write(study).unwrap();
+        assert_eq!(Tickets::read(study).unwrap(), tickets);
+        std::fs::write(study.join(NAME), "{\"runner\": ").unwrap();
+        let error = Tickets::read(study).unwrap_err().to_string();
+        assert!(error.contains(NAME) && error.contains("submitted twice"), "{error}");
     }
 }

@@ -19,7 +19,10 @@ impl<'a, 'b> Schedule<'a, 'b> {
         how: Execution<'b>,
         say: &'b (dyn Fn(&str) + Sync),
     ) -> Result<Self, StudyError> {
-        let mut known = Tickets::read(how.folder);
+        let mut known = Tickets::read(how.folder).unwrap_or_else(|error| {
+            say(&format!("tickets of submitted cases are lost: {error}"));
+            Tickets::default()
+        });
         let open = known.cases.values().any(|submission| submission.ticket.is_some());
         if open && known.runner != how.runner.name() {
             return Err(other_runner(how.folder, &known.runner, &*how.runner));

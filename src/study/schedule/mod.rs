@@ -45,6 +45,8 @@ pub struct Execution<'a> {
     pub stall: Duration,
     /// The clock for times that an engine is given.
     pub now: &'a dyn Fn() -> Instant,
+    /// Waits between questions to the runner.
+    pub pause: &'a dyn Fn(Duration),
     /// Run failed cases again.
     pub again: bool,
     /// Run cases again whose runs are of other inputs or of another build.
@@ -107,11 +109,15 @@ pub fn check_lock(lock: &Lock, folder: &Path) -> Result<(), StudyError> {
     lock.check().map_err(lost)
 }
 
-/// Asks submitted cases to end. Returns the number of those that the engine still has; the others have ended, or the
-/// engine has removed them from its lists.
+/// Asks submitted cases to end. Returns the number of those that were asked; the others have ended, or the engine has
+/// removed them from its lists.
+///
+/// An engine reports an error if one of several tasks has ended meanwhile, and asks the others all the same. It is asked
+/// once more for their states: where some have ended by themselves, they explain the error.
 ///
 /// # Errors
-/// [`StudyError`] when they were submitted with another runner (`name`), or the engine does not answer.
+/// [`StudyError`] when they were submitted with another runner (`name`), the engine does not answer, or it reports an error
+/// although no task has ended.
 pub fn cancel(
     folder: &Path,
     name: &str,
@@ -121,36 +127,33 @@ pub fn cancel(
     if name != runner.name() {
         return Err(other_runner(folder, name, runner));
     }
-    // The engine's numbers of the jobs are learned first; it refuses to end what has ended.
-    let done = unended(tickets, runner).and_then(|open| match cancelled(&open, runner) {
-        Ok(()) => Ok(open.len()),
-        // They may have ended meanwhile.
-        Err(error) => {
-            if unended(tickets, runner)?.is_empty() {
-                Ok(0)
-            } else {
-                Err(error)
-            }
-        }
-    });
-    done.map_err(|error| match error {
+    end_all(tickets, runner).map_err(|error| match error {
         EngineError::Study(error) => error,
         EngineError::NoAnswer(reason) => StudyError::NoAnswer { runner: runner.name(), reason },
         EngineError::Refused(reason) => StudyError::Refused { runner: runner.name(), reason },
     })
 }
 
-/// Has the engine end tickets, if there are any.
-fn cancelled(tickets: &[Ticket], runner: &mut dyn Runner) -> Result<(), EngineError> {
-    if tickets.is_empty() { Ok(()) } else { runner.cancel(tickets) }
-}
-
-/// Tickets that wait or run.
-fn unended(tickets: &[Ticket], runner: &mut dyn Runner) -> Result<Vec<Ticket>, EngineError> {
-    let of_work = |s: &TicketState| matches!(s, TicketState::Waiting(_) | TicketState::Running);
+/// Has the engine end tickets. Returns the number of those that were asked.
+fn end_all(tickets: &[Ticket], runner: &mut dyn Runner) -> Result<usize, EngineError> {
+    let is_at_work = |s: &TicketState| matches!(s, TicketState::Waiting(_) | TicketState::Running);
+    // The engine's numbers of the jobs are learned first; it refuses to end what has ended.
     let states = runner.poll(tickets)?;
-    let open = tickets.iter().zip(states).filter(|(_, state)| of_work(state));
-    Ok(open.map(|(ticket, _)| ticket.clone()).collect())
+    let open = tickets.iter().zip(states).filter(|(_, state)| is_at_work(state));
+    let open: Vec<Ticket> = open.map(|(ticket, _)| ticket.clone()).collect();
+    if open.is_empty() {
+        return Ok(0);
+    }
+    let Err(error) = runner.cancel(&open) else { return Ok(open.len()) };
+    let states = runner.poll(&open)?;
+    let by_itself = |state: &&TicketState| {
+        matches!(state, TicketState::Gone | TicketState::Ended { retry: true, .. })
+    };
+    let ended = states.iter().filter(by_itself).count();
+    if ended == 0 && states.iter().any(is_at_work) {
+        return Err(error);
+    }
+    Ok(open.len() - ended)
 }
 
 /// What would be submitted for the cases that are not done, rank by rank.
@@ -246,7 +249,7 @@ impl<'a> Schedule<'a, '_> {
                     return Ok(());
                 }
             }
-            std::thread::sleep(self.how.runner.interval());
+            (self.how.pause)(self.how.runner.interval());
         }
     }
 
@@ -332,7 +335,8 @@ fn write(
     folder: &Path,
 ) -> Result<(), StudyError> {
     check_lock(lock, folder)?;
-    let mut tickets = Tickets::read(folder);
+    // A damaged file was reported at the start, and is replaced.
+    let mut tickets = Tickets::read(folder).unwrap_or_default();
     tickets.runner = runner.to_owned();
     for job in jobs {
         let mut own = job.submission.clone();

@@ -12,6 +12,7 @@ use crate::study::inputs::folder_of;
 use crate::study::outcome;
 use crate::study::runner::process::request_stop;
 use crate::study::runner::tickets::{Submission, Ticket};
+use crate::study::runner::{EngineError, Group};
 use crate::study::states::{State, entry};
 
 /// Mark of a case whose folder another process uses.
@@ -29,6 +30,26 @@ impl Schedule<'_, '_> {
 
     /// Submits those of the jobs `rank` that are ready.
     fn submit_rank(&mut self, rank: Range<usize>) -> Result<bool, StudyError> {
+        let ready = self.ready(rank);
+        if ready.is_empty() {
+            return Ok(false);
+        }
+        let groups = self.grouped(&ready);
+        check_lock(self.how.lock, self.how.folder)?;
+        for name in groups.iter().flat_map(|group| &group.cases) {
+            outcome::forget(&folder_of(self.how.folder, name));
+        }
+        let submitted = self.hand_over(&groups, &ready);
+        let count = self.answer(Question::Submit, submitted)?.map_or(0, |tickets| tickets.len());
+        let verb = if self.how.runner.outlives() { "submitted" } else { "begins" };
+        for name in groups.iter().take(count).flat_map(|group| &group.cases) {
+            (self.say)(&format!("{name}: {verb}"));
+        }
+        Ok(count > 0)
+    }
+
+    /// The jobs of a rank that are ready, no more than the runner takes.
+    fn ready(&mut self, rank: Range<usize>) -> Vec<usize> {
         let mut ready = Vec::new();
         for k in rank {
             if ready.len() >= self.how.runner.free() {
@@ -38,9 +59,11 @@ impl Schedule<'_, '_> {
                 ready.push(k);
             }
         }
-        if ready.is_empty() {
-            return Ok(false);
-        }
+        ready
+    }
+
+    /// Groups of the jobs `ready`, in the order in which the runner takes them.
+    fn grouped(&self, ready: &[usize]) -> Vec<Group> {
         // What was submitted without success runs alone: it does not take others with it.
         let (again, first): (Vec<usize>, Vec<usize>) =
             ready.iter().copied().partition(|&k| self.jobs[k].submission.tries > 0);
@@ -51,40 +74,35 @@ impl Schedule<'_, '_> {
         let mut groups = [of(&first, self.how.task_s), of(&again, 0.0)].concat();
         groups.truncate(self.how.runner.free());
         self.how.runner.arrange(&mut groups);
-        let after: Vec<Ticket> = ready
-            .iter()
-            .filter_map(|&k| self.leader(&self.jobs[k])?.submission.ticket.clone())
-            .collect();
-        for group in &groups {
-            for name in &group.cases {
-                outcome::forget(&folder_of(self.how.folder, name));
-            }
-        }
-        check_lock(self.how.lock, self.how.folder)?;
-        let before = Before::of(self, &ready);
+        groups
+    }
+
+    /// Has the runner take groups of the jobs `ready`, and records their tickets.
+    fn hand_over(&mut self, groups: &[Group], ready: &[usize]) -> Result<Vec<Ticket>, EngineError> {
+        let leader = |&k: &usize| self.leader(&self.jobs[k])?.submission.ticket.clone();
+        let after: Vec<Ticket> = ready.iter().filter_map(leader).collect();
+        let before = Before::of(self, ready);
+        let index: HashMap<&str, usize> =
+            ready.iter().map(|&k| (self.jobs[k].case.id.as_str(), k)).collect();
+        let of_group = |group: &Group| -> Vec<usize> {
+            group.cases.iter().filter_map(|name| index.get(name.as_str()).copied()).collect()
+        };
+        let members: Vec<Vec<usize>> = groups.iter().map(of_group).collect();
         let (folder, lock) = (self.how.folder, self.how.lock);
         let (jobs, runner) = (&mut self.jobs, &mut *self.how.runner);
-        let name = runner.name();
-        let keeps = runner.outlives();
+        let (name, keeps) = (runner.name(), runner.outlives());
         let mut record = |tickets: &[Ticket]| {
-            for (group, ticket) in groups.iter().zip(tickets) {
-                for job in jobs.iter_mut().filter(|job| group.cases.contains(&job.case.id)) {
-                    before.note(job, ticket);
+            for (group, members) in members.iter().enumerate() {
+                for &k in members {
+                    match tickets.get(group) {
+                        Some(ticket) => before.note(&mut jobs[k], ticket),
+                        None => before.restore(&mut jobs[k]),
+                    }
                 }
-            }
-            for name in groups.iter().skip(tickets.len()).flat_map(|group| &group.cases) {
-                jobs.iter_mut()
-                    .filter(|job| job.case.id == *name)
-                    .for_each(|job| before.restore(job));
             }
             if keeps { write(jobs, keeps, lock, name, folder) } else { Ok(()) }
         };
-        let submitted = runner.submit(&groups, &after, &mut record);
-        let count = self.answer(Question::Submit, submitted)?.map_or(0, |tickets| tickets.len());
-        for name in groups.iter().take(count).flat_map(|group| &group.cases) {
-            (self.say)(&format!("{name}: {}", if keeps { "submitted" } else { "begins" }));
-        }
-        Ok(count > 0)
+        runner.submit(groups, &after, &mut record)
     }
 
     /// Whether a case can be submitted now. A solver that an earlier study has left in its folder is asked to end.
@@ -169,7 +187,11 @@ impl Before {
 
     /// Notes the ticket of a job.
     fn note(&self, job: &mut Job<'_>, ticket: &Ticket) {
-        if job.submission.ticket.as_ref() == Some(ticket) {
+        if let Some(own) = &mut job.submission.ticket
+            && own.is_same_task(ticket)
+        {
+            // Its cluster may be known by now.
+            own.clone_from(ticket);
             return;
         }
         let increment = self.increments.get(&job.case.id).copied().unwrap_or(0);

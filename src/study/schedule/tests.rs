@@ -25,20 +25,8 @@ impl Runner for Stalled {
         "stalled"
     }
 
-    fn free(&self) -> usize {
-        usize::MAX
-    }
-
     fn orders_dependents(&self) -> bool {
         true
-    }
-
-    fn outlives(&self) -> bool {
-        true
-    }
-
-    fn interval(&self) -> Duration {
-        Duration::from_millis(1)
     }
 
     fn submit(
@@ -48,7 +36,7 @@ impl Runner for Stalled {
         record: Record<'_>,
     ) -> Result<Vec<Ticket>, EngineError> {
         let tickets: Vec<Ticket> = (0..groups.len())
-            .map(|task| Ticket { id: format!("job {}", self.submitted), task })
+            .map(|task| Ticket { task, ..Ticket::new(format!("job {}", self.submitted)) })
             .collect();
         self.submitted += 1;
         record(&tickets)?;
@@ -62,10 +50,6 @@ impl Runner for Stalled {
     fn cancel(&mut self, tickets: &[Ticket]) -> Result<(), EngineError> {
         self.cancelled.extend(tickets.iter().cloned());
         Ok(())
-    }
-
-    fn emit(&self, _: &[Group]) -> String {
-        String::new()
     }
 }
 
@@ -117,24 +101,8 @@ impl Runner for Silent<'_> {
         "silent"
     }
 
-    fn free(&self) -> usize {
-        usize::MAX
-    }
-
-    fn orders_dependents(&self) -> bool {
-        false
-    }
-
-    fn outlives(&self) -> bool {
-        true
-    }
-
     fn may_be_silent(&self) -> bool {
         true
-    }
-
-    fn interval(&self) -> Duration {
-        Duration::ZERO
     }
 
     fn submit(
@@ -143,7 +111,7 @@ impl Runner for Silent<'_> {
         _: &[Ticket],
         record: Record<'_>,
     ) -> Result<Vec<Ticket>, EngineError> {
-        let tickets = vec![Ticket { id: "job".into(), task: 0 }];
+        let tickets = vec![Ticket::new("job".into())];
         record(&tickets)?;
         Ok(tickets)
     }
@@ -154,14 +122,6 @@ impl Runner for Silent<'_> {
         self.clock.set(self.clock.get() + Duration::from_secs(20));
         let state = if knows { TicketState::Waiting(None) } else { TicketState::Gone };
         Ok(vec![state; tickets.len()])
-    }
-
-    fn cancel(&mut self, _: &[Ticket]) -> Result<(), EngineError> {
-        Ok(())
-    }
-
-    fn emit(&self, _: &[Group]) -> String {
-        String::new()
     }
 }
 
@@ -202,6 +162,7 @@ fn execution<'a>(
         task_s: 0.0,
         stall: STALL,
         now: &Instant::now,
+        pause: &|_| {},
         again: false,
         renew: false,
         lock,
@@ -211,61 +172,11 @@ fn execution<'a>(
     }
 }
 
-/// Processes that are asked without waiting between.
-struct AtOnce(Processes);
-
-impl Runner for AtOnce {
-    fn name(&self) -> &'static str {
-        self.0.name()
-    }
-
-    fn free(&self) -> usize {
-        self.0.free()
-    }
-
-    fn orders_dependents(&self) -> bool {
-        self.0.orders_dependents()
-    }
-
-    fn outlives(&self) -> bool {
-        self.0.outlives()
-    }
-
-    fn may_be_silent(&self) -> bool {
-        self.0.may_be_silent()
-    }
-
-    fn interval(&self) -> Duration {
-        Duration::ZERO
-    }
-
-    fn submit(
-        &mut self,
-        groups: &[Group],
-        after: &[Ticket],
-        record: Record<'_>,
-    ) -> Result<Vec<Ticket>, EngineError> {
-        self.0.submit(groups, after, record)
-    }
-
-    fn poll(&mut self, tickets: &[Ticket]) -> Result<Vec<TicketState>, EngineError> {
-        self.0.poll(tickets)
-    }
-
-    fn cancel(&mut self, tickets: &[Ticket]) -> Result<(), EngineError> {
-        self.0.cancel(tickets)
-    }
-
-    fn emit(&self, groups: &[Group]) -> String {
-        self.0.emit(groups)
-    }
-}
-
 /// An engine of a template whose queue is closed to the case `b`; it counts in the file `asked` how often it is asked.
 #[cfg(unix)]
-fn closed_to_b(study: &Path) -> AtOnce {
+fn closed_to_b(study: &Path) -> Processes {
     let submit = "sh -c 'echo {name} >> asked; test {name} != b || { echo queue is closed >&2; exit 1; }; echo job-{name}' {case}";
-    AtOnce(Processes::new(Setup {
+    Processes::new(Setup {
         study: study.into(),
         program: "kanagata-solve".into(),
         submit: Some(submit.parse().unwrap()),
@@ -274,7 +185,7 @@ fn closed_to_b(study: &Path) -> AtOnce {
         places: vec!["localhost".into()],
         tied: false,
         again: false,
-    }))
+    })
 }
 
 #[cfg(unix)]
@@ -299,8 +210,71 @@ fn ten_submissions_that_fail_end_the_study_with_the_words_of_the_engine() {
     let count = |name: &str| asked.lines().filter(|line| *line == name).count();
     // What was accepted is not submitted twice, and what was not costs no try.
     assert_eq!((count("a"), count("b"), count("c")), (1, 10, 0), "{asked}");
-    let tickets = Tickets::read(study);
+    let tickets = Tickets::read(study).unwrap();
     let ticket = |name: &str| tickets.cases.get(name).and_then(|own| own.ticket.clone());
     assert_eq!(ticket("a").map(|ticket| ticket.id), Some("job-a".into()));
     assert!(!tickets.cases.contains_key("b") && !tickets.cases.contains_key("c"), "{tickets:?}");
+}
+
+/// An engine that reports an error when it is asked to end tickets; the states that it lists, question by question.
+struct Failing {
+    lists: Vec<Vec<TicketState>>,
+    asked: Vec<Ticket>,
+}
+
+impl Runner for Failing {
+    fn name(&self) -> &'static str {
+        "failing"
+    }
+
+    fn submit(
+        &mut self,
+        _: &[Group],
+        _: &[Ticket],
+        _: Record<'_>,
+    ) -> Result<Vec<Ticket>, EngineError> {
+        Err(EngineError::Refused("it takes nothing".into()))
+    }
+
+    fn poll(&mut self, tickets: &[Ticket]) -> Result<Vec<TicketState>, EngineError> {
+        if self.lists.is_empty() {
+            return Err(EngineError::NoAnswer("closed".into()));
+        }
+        let states = self.lists.remove(0);
+        Ok(tickets.iter().map(|ticket| states[ticket.task].clone()).collect())
+    }
+
+    fn cancel(&mut self, tickets: &[Ticket]) -> Result<(), EngineError> {
+        self.asked.extend(tickets.iter().cloned());
+        Err(EngineError::NoAnswer("one of them is not known".into()))
+    }
+}
+
+#[test]
+fn tickets_that_end_before_they_are_cancelled_do_not_count() {
+    use TicketState::{Gone, Running};
+    let tickets: Vec<Ticket> =
+        (0..3).map(|task| Ticket { task, ..Ticket::new("job".into()) }).collect();
+    let waiting = || TicketState::Waiting(None);
+    let ended = |retry| TicketState::Ended { reason: "ended".into(), retry };
+    let cancel = |lists: Vec<Vec<TicketState>>| {
+        let mut runner = Failing { lists, asked: Vec::new() };
+        let count = cancel(Path::new("."), "failing", &tickets, &mut runner);
+        (count.map_err(|error| error.to_string()), runner.asked.len())
+    };
+    let open = || vec![Running, waiting(), Running];
+    // One has ended by itself; one is ended at once, one saves its checkpoint.
+    assert_eq!(cancel(vec![open(), vec![ended(true), ended(false), Running]]), (Ok(2), 3));
+    assert_eq!(cancel(vec![open(), vec![Gone, Gone, Running]]), (Ok(1), 3));
+    assert_eq!(cancel(vec![open(), vec![Gone, ended(true), Gone]]), (Ok(0), 3));
+    assert_eq!(cancel(vec![open(), vec![ended(false), ended(false), ended(false)]]), (Ok(3), 3));
+    // What has ended before is not asked.
+    assert_eq!(cancel(vec![vec![Gone, waiting(), ended(true)], vec![Gone; 3]]), (Ok(0), 1));
+    assert_eq!(cancel(vec![vec![Gone, ended(false), ended(true)]]), (Ok(0), 0));
+    // Nothing explains the error, or the engine is silent.
+    let (count, asked) = cancel(vec![open(), open()]);
+    assert!(count.unwrap_err().contains("one of them is not known") && asked == 3);
+    let (count, asked) = cancel(vec![open(), vec![Running, ended(false), Running]]);
+    assert!(count.unwrap_err().contains("one of them is not known") && asked == 3);
+    assert!(cancel(vec![open()]).0.unwrap_err().contains("closed"));
 }

@@ -1,10 +1,10 @@
-//! Variables of the environment from which programs of Slurm take options. What would hide tickets, or would replace what a
+//! Variables of the environment from which programs of Slurm take options. What would hide tasks, or would replace what a
 //! script asks for, is removed; what a user sets for all own jobs (account, partition, quality of service) is inherited.
 
-/// Clusters that all programs of Slurm work with.
-pub(super) const CLUSTERS: &str = "SLURM_CLUSTERS";
-/// Clusters that only `sbatch` submits to.
-pub(super) const SBATCH_CLUSTERS: &str = "SBATCH_CLUSTERS";
+use super::options::Options;
+
+/// Variables that name clusters; the second counts for `sbatch` only, and more.
+pub(super) const CLUSTERS: [&str; 2] = ["SLURM_CLUSTERS", "SBATCH_CLUSTERS"];
 
 /// Variables that hide tasks from `squeue` or `scancel`, change their output, or make them ask.
 pub(super) fn hiding() -> Vec<String> {
@@ -19,48 +19,76 @@ fn hides(variable: &str) -> bool {
     !lists_more && (variable.starts_with("SQUEUE_") || variable.starts_with("SCANCEL_"))
 }
 
-/// Options of a script, and the variables that would count more than them.
-const OPTIONS: [(&str, &[&str]); 5] = [
-    ("mem", &["SBATCH_MEM_PER_NODE", "SBATCH_MEM_PER_CPU", "SBATCH_MEM_PER_GPU"]),
-    ("time", &["SBATCH_TIMELIMIT"]),
-    ("signal", &["SBATCH_SIGNAL"]),
-    ("output", &["SBATCH_OUTPUT"]),
-    ("open-mode", &["SBATCH_OPEN_MODE"]),
-];
-
-/// Variables that `sbatch` must not inherit: those of the options that the script `text` has, and that which would make it
-/// wait for the end of the tasks.
-pub(super) fn of_script(text: &str) -> Vec<&'static str> {
-    let has = |option: &str| {
-        let directive = format!("#SBATCH --{option}=");
-        text.lines().any(|line| line.starts_with(&directive))
-    };
-    let set = OPTIONS.iter().filter(|(option, _)| has(option));
-    set.flat_map(|(_, variables)| variables.iter().copied()).chain(["SBATCH_WAIT"]).collect()
+/// What a script asks for.
+struct Request {
+    /// The option of a script, without dashes.
+    option: &'static str,
+    /// Options that ask for the same in other words; `sbatch` refuses several of them, or the last one counts.
+    alternatives: &'static [&'static str],
+    /// Variables that count more than a script, or that `sbatch` refuses beside it.
+    variables: &'static [&'static str],
 }
 
-/// Clusters that `sbatch` submits to with these options and variables; `None` for that of the configuration. All programs
-/// must work with the same.
+const REQUESTS: [Request; 6] = [
+    Request {
+        option: "mem",
+        alternatives: &["mem-per-cpu", "mem-per-gpu"],
+        variables: &["SBATCH_MEM_PER_NODE", "SBATCH_MEM_PER_CPU", "SBATCH_MEM_PER_GPU"],
+    },
+    Request { option: "time", alternatives: &["t"], variables: &["SBATCH_TIMELIMIT"] },
+    Request {
+        option: "cpus-per-task",
+        alternatives: &["c", "cpus-per-gpu"],
+        variables: &["SBATCH_CPUS_PER_GPU", "SBATCH_TRES_PER_TASK"],
+    },
+    Request { option: "signal", alternatives: &[], variables: &["SBATCH_SIGNAL"] },
+    Request {
+        option: "output",
+        alternatives: &["o"],
+        // Without an option for errors they are in the file for the output.
+        variables: &["SBATCH_OUTPUT", "SBATCH_ERROR"],
+    },
+    Request { option: "open-mode", alternatives: &[], variables: &["SBATCH_OPEN_MODE"] },
+];
+
+/// Whether a user's `options` ask for what the option `name` of a script asks for.
+pub(super) fn is_given(name: &str, options: &Options) -> bool {
+    let request = REQUESTS.iter().find(|request| request.option == name);
+    let same = |given: &str| {
+        given == name || request.is_some_and(|request| request.alternatives.contains(&given))
+    };
+    options.names().any(same)
+}
+
+/// Variables that `sbatch` must not inherit beside a script with the options `asks`: those of the same requests, and that
+/// which would make it wait for the end of the tasks.
+pub(super) fn replacing(asks: &[String]) -> Vec<&'static str> {
+    let has = |name: &str| asks.iter().any(|asked| asked == name);
+    let asked = REQUESTS
+        .iter()
+        .filter(|request| has(request.option) || request.alternatives.iter().any(|name| has(name)));
+    asked.flat_map(|request| request.variables.iter().copied()).chain(["SBATCH_WAIT"]).collect()
+}
+
+/// Clusters that `sbatch` submits to with these options and variables: `a`, `a,b` or `all`; `None` for that of the
+/// configuration.
 pub(super) fn clusters(
-    options: &[String],
+    options: &Options,
     variable: impl Fn(&str) -> Option<String>,
 ) -> Option<String> {
-    let mut found = None;
-    for (k, word) in options.iter().enumerate() {
-        let next = || options.get(k + 1).map(String::as_str);
-        let named = match word.as_str() {
-            "-M" | "--clusters" | "--cluster" => next(),
-            word => ["--clusters=", "--cluster=", "-M"].iter().find_map(|p| word.strip_prefix(p)),
-        };
-        found = named.map(str::to_owned).or(found);
-    }
-    let set = |name| variable(name).filter(|value| !value.is_empty());
-    found.or_else(|| set(SBATCH_CLUSTERS)).or_else(|| set(CLUSTERS))
+    let set = |name: &&str| variable(name).filter(|value| !value.is_empty());
+    options.clusters().map(str::to_owned).or_else(|| CLUSTERS.iter().rev().find_map(set))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn options(text: &str) -> Options {
+        let mut options = Options::default();
+        options.add(text).unwrap();
+        options
+    }
 
     #[test]
     fn what_hides_tickets_is_removed_and_what_a_user_sets_is_kept() {
@@ -75,24 +103,35 @@ mod tests {
 
     #[test]
     fn variables_of_what_a_script_asks_for_are_removed() {
-        assert_eq!(of_script("#SBATCH --mem-per-cpu=1G\n"), ["SBATCH_WAIT"]);
-        let found = of_script("#SBATCH --time=5\n#SBATCH --signal=B:TERM@60\n");
-        assert_eq!(found, ["SBATCH_TIMELIMIT", "SBATCH_SIGNAL", "SBATCH_WAIT"]);
-        assert_eq!(of_script("#SBATCH --mem=5M\n").len(), 4);
+        let removed =
+            |asks: &[&str]| replacing(&asks.iter().map(|a| (*a).into()).collect::<Vec<_>>());
+        assert_eq!(removed(&["qos", "mem-bind"]), ["SBATCH_WAIT"]);
+        assert_eq!(
+            removed(&["time", "signal"]),
+            ["SBATCH_TIMELIMIT", "SBATCH_SIGNAL", "SBATCH_WAIT"]
+        );
+        assert_eq!(removed(&["output"]), ["SBATCH_OUTPUT", "SBATCH_ERROR", "SBATCH_WAIT"]);
+        for name in ["mem", "mem-per-cpu", "mem-per-gpu"] {
+            assert_eq!(removed(&[name]).len(), 4, "{name}");
+        }
     }
 
     #[test]
-    fn all_programs_work_with_the_clusters_of_sbatch() {
-        let options = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
-        let none = |_: &str| None;
-        for text in ["-M a", "-Ma", "--clusters=a", "--clusters a", "-M b --cluster=a --qos=low"] {
-            assert_eq!(clusters(&options(text), none).as_deref(), Some("a"), "{text}");
-        }
-        let both = |name: &str| Some(if name == CLUSTERS { "c" } else { "s" }.to_owned());
+    fn options_ask_for_the_same_in_other_words() {
+        assert!(
+            is_given("mem", &options("--mem-per-cpu=2G")) && is_given("time", &options("-t 5"))
+        );
+        assert!(!is_given("mem", &options("--mem-bind=local --qos=low")));
+        assert!(is_given("open-mode", &options("--open-mode=append")));
+    }
+
+    #[test]
+    fn clusters_are_those_of_options_then_those_of_variables() {
+        let both = |name: &str| Some(if name == CLUSTERS[0] { "c" } else { "s" }.to_owned());
         assert_eq!(clusters(&options("-M a"), both).as_deref(), Some("a"));
         assert_eq!(clusters(&options("--qos=low"), both).as_deref(), Some("s"));
-        let only = |name: &str| (name == CLUSTERS).then(|| "c".to_owned());
-        assert_eq!(clusters(&[], only).as_deref(), Some("c"));
-        assert_eq!(clusters(&[], |_| Some(String::new())), None);
+        let only = |name: &str| (name == CLUSTERS[0]).then(|| "c".to_owned());
+        assert_eq!(clusters(&Options::default(), only).as_deref(), Some("c"));
+        assert_eq!(clusters(&Options::default(), |_| Some(String::new())), None);
     }
 }

@@ -1,15 +1,22 @@
 //! Slurm: every submission is a job array with a name of its own, by which it is found again. Job ids alone do not do: a
-//! controller that is killed after a submission may forget it and give its id to the next one.
+//! controller that is killed after a submission may forget it and give its id to the next one. With several clusters an id
+//! is that of one of them: tickets keep the cluster, and every program is asked for it by name.
+//!
+//! - `options`: what a user adds; `environment`: variables that programs of Slurm must not inherit
+//! - `script`: the script of an array; `queue`: what `squeue` lists
 
 mod environment;
+mod options;
+mod queue;
+mod script;
 
-use std::collections::HashMap;
-use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, SystemTime};
 
-use super::template::{joined, split};
+pub use self::options::Options;
+pub use self::script::Setup;
+use self::script::{FOLDER, Script};
 use super::tickets::Ticket;
 use super::{EngineError, Group, Record, Runner, TicketState};
 use crate::files::{sha256_hex, write_atomic};
@@ -19,38 +26,26 @@ use crate::study::StudyError;
 const POLL_INTERVAL: Duration = Duration::from_secs(2);
 /// Largest number of tasks of an array, one less than the default of Slurm's `MaxArraySize`.
 const TASKS_MAX: usize = 1000;
-/// Largest over smallest expected memory of the tasks of an array, which all get what the largest needs: at most half of it
-/// is kept from others in vain.
+/// Largest over smallest expected memory of the tasks of an array, which all get what the largest needs: at most half of
+/// the memory that a task holds is unused.
 const MEMORY_RATIO_MAX: f64 = 2.0;
-/// Requested over expected memory: a run above its request is killed, and what is requested is kept from others.
-const MEMORY_FACTOR: f64 = 1.3;
-/// Requested time over the upper estimate: machines differ by a factor of two.
-const TIME_FACTOR: f64 = 2.0;
-/// Smallest requested time [min]: starting, reading and saving a checkpoint take part of a minute on a busy file server.
-const MINUTES_MIN: f64 = 5.0;
-/// Time before the limit at which a run is asked to save a checkpoint and end [s].
-const SIGNAL_S: u32 = 60;
-/// Folder of scripts and outputs in that of the study.
-const FOLDER: &str = "slurm";
+/// The name that stands for all clusters.
+const ALL: &str = "all";
 
-/// How jobs are submitted.
-#[derive(Debug, Clone, Default)]
-pub struct Setup {
-    /// Folder of the study, absolute.
-    pub study: PathBuf,
-    /// The solver.
-    pub program: PathBuf,
-    /// Options of `sbatch`, with their dashes.
-    pub options: Vec<String>,
-    /// Run cases again that did not converge.
-    pub again: bool,
+/// A job that Slurm has accepted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Job {
+    /// Its id.
+    id: String,
+    /// The cluster that has it; `None` for that of the configuration.
+    cluster: Option<String>,
 }
 
 /// Submits groups as job arrays.
 pub struct Slurm {
     setup: Setup,
-    /// Job ids of arrays by name, as far as known.
-    jobs: HashMap<String, String>,
+    /// Jobs of arrays by name, as far as known.
+    jobs: HashMap<String, Job>,
 }
 
 impl Slurm {
@@ -67,56 +62,47 @@ impl Slurm {
         format!("kanagata-{}", &sha256_hex(seed.as_bytes())[..10])
     }
 
-    /// Script of an array.
-    fn script(&self, name: &str, groups: &[Group]) -> String {
-        let most = |of: fn(&Group) -> Option<f64>| {
-            // A group without estimate gets what the cluster gives by default.
-            let all: Option<Vec<f64>> = groups.iter().map(of).collect();
-            all.and_then(|all| all.into_iter().reduce(f64::max))
+    /// Clusters that are asked for: those of the options, else those of the environment.
+    fn asked_clusters(&self) -> Option<String> {
+        environment::clusters(&self.setup.options, |name| std::env::var(name).ok())
+    }
+
+    /// Clusters to submit an array to that starts after `after`. Slurm orders tasks of one cluster only: it is that of
+    /// `after`; else, of the clusters that are asked for, that of all known jobs, for which later cases may have to wait.
+    fn clusters(&self, after: &[Ticket]) -> Result<Option<String>, EngineError> {
+        let mut leaders = BTreeSet::new();
+        for ticket in after {
+            leaders.insert(&self.job(ticket)?.cluster);
+        }
+        if leaders.len() > 1 {
+            let names =
+                leaders.into_iter().map(|name| name.as_deref().unwrap_or("the default one"));
+            let names = names.collect::<Vec<_>>().join(", ");
+            return Err(EngineError::Refused(format!(
+                "cases follow others on several clusters ({names}), and Slurm orders tasks of one only; they can be submitted when those have ended"
+            )));
+        }
+        if let Some(leader) = leaders.into_iter().next() {
+            return Ok(leader.clone());
+        }
+        let asked = self.asked_clusters();
+        let known: BTreeSet<&String> =
+            self.jobs.values().filter_map(|job| job.cluster.as_ref()).collect();
+        let includes = |name: &&String| {
+            asked.iter().flat_map(|a| a.split(',')).any(|a| a == *name || a == ALL)
         };
-        let threads = groups.iter().map(|g| g.threads).max().unwrap_or(1);
-        let mut directives = vec![
-            ("job-name", name.to_owned()),
-            ("array", format!("0-{}", groups.len().saturating_sub(1))),
-            ("cpus-per-task", threads.to_string()),
-            ("signal", format!("B:TERM@{SIGNAL_S}")),
-            ("output", format!("{FOLDER}/{name}-%a.log")),
-            ("open-mode", "append".to_owned()),
-        ];
-        if let Some(megabytes) = most(|g| g.memory_mb) {
-            directives.push(("mem", format!("{:.0}M", (MEMORY_FACTOR * megabytes).ceil())));
-        }
-        if let Some(seconds) = most(|g| g.seconds) {
-            let minutes = (TIME_FACTOR * seconds / 60.0).ceil().max(MINUTES_MIN);
-            directives.push(("time", format!("{minutes:.0}")));
-        }
-        let mut text = "#!/bin/sh\n".to_owned();
-        // Writing to a string cannot fail.
-        for (name, value) in directives {
-            let _ = writeln!(text, "#SBATCH --{name}={value}");
-        }
-        for option in &self.setup.options {
-            let _ = writeln!(text, "#SBATCH {option}");
-        }
-        let mut words = vec![
-            self.setup.program.display().to_string(),
-            "--threads".into(),
-            threads.to_string(),
-            "case".into(),
-        ];
-        words.extend(self.setup.again.then(|| "--again".into()));
-        let folder = joined(&[self.setup.study.display().to_string()]);
-        let tasks: String = groups.iter().map(task_line).collect();
-        let _ = write!(
-            text,
-            "cd {folder} || exit 4\n\
-             # The folders of the task's cases.\n\
-             set -- $(sed -n \"$((SLURM_ARRAY_TASK_ID + 1))p\" <<'TASKS'\n{tasks}TASKS\n)\n\
-             # The solver takes the place of this shell, so that signals reach it.\n\
-             exec {} \"$@\"\n",
-            joined(&words)
-        );
-        text
+        let mut known = known.into_iter().filter(includes);
+        Ok(match (known.next(), known.next()) {
+            (Some(one), None) => Some(one.clone()),
+            _ => asked,
+        })
+    }
+
+    /// The job of a ticket.
+    fn job(&self, ticket: &Ticket) -> Result<&Job, EngineError> {
+        let unknown =
+            || EngineError::NoAnswer(format!("the job of {} is not known yet", ticket.id));
+        self.jobs.get(&ticket.id).ok_or_else(unknown)
     }
 
     /// Writes the script of an array.
@@ -128,51 +114,59 @@ impl Slurm {
         Ok(())
     }
 
-    /// Submits an array with a written script of this text; it starts after `after`.
+    /// Submits an array with a written script to `clusters`; it starts after `after`. Returns the cluster that has it.
     fn submit_array(
         &mut self,
         name: &str,
+        script: &Script,
         tasks: usize,
-        text: &str,
+        clusters: Option<&str>,
         after: &[Ticket],
-    ) -> Result<(), EngineError> {
+    ) -> Result<Option<String>, EngineError> {
         // sbatch takes an option from its command line, else from the environment, else from the script.
-        let mut arguments = self.options();
+        let mut arguments = self.setup.options.arguments();
         arguments.extend([
             "--parsable".to_owned(),
             format!("--job-name={name}"),
             format!("--array=0-{}", tasks.saturating_sub(1)),
         ]);
-        let mut jobs: Vec<&str> =
-            after.iter().filter_map(|t| self.jobs.get(&t.id)).map(String::as_str).collect();
-        jobs.sort_unstable();
-        jobs.dedup();
-        if !jobs.is_empty() {
-            arguments.push(format!("--dependency=afterany:{}", jobs.join(":")));
+        arguments.extend(clusters.map(|clusters| format!("--clusters={clusters}")));
+        let leaders: BTreeSet<&str> =
+            after.iter().filter_map(|t| self.jobs.get(&t.id)).map(|job| job.id.as_str()).collect();
+        if !leaders.is_empty() {
+            let leaders = leaders.into_iter().collect::<Vec<_>>().join(":");
+            arguments.push(format!("--dependency=afterany:{leaders}"));
         }
         arguments.push(format!("{FOLDER}/{name}.sh"));
-        let output = self.command("sbatch", &arguments, &environment::of_script(text))?;
-        let text = String::from_utf8_lossy(&output.stdout).into_owned();
-        let job = text.trim().split(';').next().unwrap_or_default().to_owned();
-        if output.status.success() && !job.is_empty() {
+        let output = self.command("sbatch", &arguments, &environment::replacing(&script.asks))?;
+        if let Some(mut job) = submitted(&output) {
+            job.cluster = job.cluster.or_else(|| clusters.map(str::to_owned));
+            let cluster = job.cluster.clone();
             self.jobs.insert(name.to_owned(), job);
-            return Ok(());
+            return Ok(cluster);
         }
         let why = failure("sbatch", &output);
-        Err(if self.answers() { EngineError::Refused(why) } else { EngineError::NoAnswer(why) })
+        Err(if self.answers(clusters) {
+            EngineError::Refused(why)
+        } else {
+            EngineError::NoAnswer(why)
+        })
     }
 
-    /// Words of the options of `sbatch`.
-    fn options(&self) -> Vec<String> {
-        self.setup.options.iter().flat_map(|option| words_of(option)).collect()
+    /// Whether the controllers of all `clusters` answer.
+    fn answers(&self, clusters: Option<&str>) -> bool {
+        let names: Vec<Option<&str>> = match clusters {
+            None | Some(ALL) => vec![None],
+            Some(list) => list.split(',').map(Some).collect(),
+        };
+        let answers = |name: &Option<&str>| {
+            let arguments = [of_cluster(*name), vec!["ping".to_owned()]].concat();
+            self.command("scontrol", &arguments, &[]).is_ok_and(|done| done.status.success())
+        };
+        names.iter().all(answers)
     }
 
-    /// Whether the controller answers.
-    fn answers(&self) -> bool {
-        self.command("scontrol", &["ping".to_owned()], &[]).is_ok_and(|done| done.status.success())
-    }
-
-    /// Output of a program of Slurm that does not inherit the variables `without`.
+    /// Output of a program of Slurm that does not inherit the variables `without`. Clusters are named by arguments.
     fn command(
         &self,
         program: &str,
@@ -181,22 +175,21 @@ impl Slurm {
     ) -> Result<Output, EngineError> {
         let mut command = Command::new(program);
         environment::hiding().iter().for_each(|variable| _ = command.env_remove(variable));
-        without.iter().for_each(|variable| _ = command.env_remove(variable));
-        command.env_remove(environment::SBATCH_CLUSTERS);
-        let variable = |name: &str| std::env::var(name).ok();
-        if let Some(clusters) = environment::clusters(&self.options(), variable) {
-            command.env(environment::CLUSTERS, clusters);
-        }
+        let without = without.iter().chain(&environment::CLUSTERS);
+        without.for_each(|variable| _ = command.env_remove(variable));
         let done =
             command.args(arguments).current_dir(&self.setup.study).stdin(Stdio::null()).output();
         done.map_err(|source| StudyError::Start { path: program.into(), source }.into())
     }
 
-    /// Names of the arrays of tickets.
-    fn names(tickets: &[Ticket]) -> Vec<String> {
-        let mut names: Vec<String> = tickets.iter().map(|t| t.id.clone()).collect();
-        names.sort_unstable();
-        names.dedup();
+    /// Names of the arrays of tickets, by the clusters of which one has them.
+    fn names(&self, tickets: &[Ticket]) -> BTreeMap<Option<String>, BTreeSet<String>> {
+        let mut names: BTreeMap<_, BTreeSet<String>> = BTreeMap::new();
+        for ticket in tickets {
+            let known = self.jobs.get(&ticket.id).map(|job| &job.cluster);
+            let clusters = known.unwrap_or(&ticket.cluster).clone();
+            names.entry(clusters).or_default().insert(ticket.id.clone());
+        }
         names
     }
 }
@@ -206,15 +199,7 @@ impl Runner for Slurm {
         "slurm"
     }
 
-    fn free(&self) -> usize {
-        usize::MAX
-    }
-
     fn orders_dependents(&self) -> bool {
-        true
-    }
-
-    fn outlives(&self) -> bool {
         true
     }
 
@@ -233,84 +218,89 @@ impl Runner for Slurm {
         after: &[Ticket],
         record: Record<'_>,
     ) -> Result<Vec<Ticket>, EngineError> {
-        if let Some(ticket) = after.iter().find(|ticket| !self.jobs.contains_key(&ticket.id)) {
-            return Err(EngineError::NoAnswer(format!(
-                "the job of {} is not known yet",
-                ticket.id
-            )));
-        }
         let mut tickets = Vec::new();
         for (k, array) in arrays(groups).into_iter().enumerate() {
-            let before = tickets.len();
-            let name = self.new_name(k);
-            let text = self.script(&name, array);
-            self.write(&name, &text)?;
-            tickets.extend((0..array.len()).map(|task| Ticket { id: name.clone(), task }));
+            let (before, name) = (tickets.len(), self.new_name(k));
+            let clusters = self.clusters(after)?;
+            let script = Script::new(&self.setup, &name, clusters.as_deref(), array);
+            self.write(&name, &script.text)?;
+            let ticket = |task| Ticket { id: name.clone(), task, cluster: clusters.clone() };
+            tickets.extend((0..array.len()).map(ticket));
             record(&tickets)?;
-            if let Err(error) = self.submit_array(&name, array.len(), &text, after) {
-                if matches!(error, EngineError::Refused(_)) {
-                    // Its tickets do not exist.
-                    tickets.truncate(before);
+            match self.submit_array(&name, &script, array.len(), clusters.as_deref(), after) {
+                Ok(cluster) if cluster != clusters => {
+                    tickets[before..].iter_mut().for_each(|t| t.cluster.clone_from(&cluster));
                     record(&tickets)?;
                 }
-                return Err(error);
+                Ok(_) => {}
+                Err(error) => {
+                    if matches!(error, EngineError::Refused(_)) {
+                        // Its tickets do not exist.
+                        tickets.truncate(before);
+                        record(&tickets)?;
+                    }
+                    return Err(error);
+                }
             }
         }
         Ok(tickets)
     }
 
     fn poll(&mut self, tickets: &[Ticket]) -> Result<Vec<TicketState>, EngineError> {
-        if tickets.is_empty() {
-            return Ok(Vec::new());
-        }
-        let names = Self::names(tickets).join(",");
-        let arguments = ["-a", "-h", "-r", "-t", "all", "-o", "%F|%K|%T|%j|%r", "-n", &names];
-        let output = self.command("squeue", &arguments.map(str::to_owned), &[])?;
-        if !output.status.success() {
-            return Err(EngineError::NoAnswer(failure("squeue", &output)));
-        }
         let mut found: HashMap<(String, usize), TicketState> = HashMap::new();
-        for line in String::from_utf8_lossy(&output.stdout).lines() {
-            let cells: Vec<&str> = line.trim().split('|').collect();
-            let [job, task, state, name, reason] = cells[..] else { continue };
-            let Ok(task) = task.parse() else { continue };
-            self.jobs.insert(name.to_owned(), job.to_owned());
-            found.insert((name.to_owned(), task), state_of(state, reason));
+        for (clusters, names) in self.names(tickets) {
+            let names = names.into_iter().collect::<Vec<_>>().join(",");
+            let fixed = ["-a", "-r", "-t", "all", "-o", queue::FORMAT, "-n", &names];
+            let arguments =
+                [of_cluster(clusters.as_deref()), fixed.map(str::to_owned).into()].concat();
+            let output = self.command("squeue", &arguments, &[])?;
+            if !output.status.success() {
+                return Err(EngineError::NoAnswer(failure("squeue", &output)));
+            }
+            let text = String::from_utf8_lossy(&output.stdout);
+            for listed in queue::listed(&text, clusters.as_deref()) {
+                let job = Job { id: listed.job, cluster: listed.cluster };
+                self.jobs.insert(listed.name.clone(), job);
+                found.insert((listed.name, listed.task), listed.state);
+            }
         }
         let state = |t: &Ticket| found.get(&(t.id.clone(), t.task)).cloned();
         Ok(tickets.iter().map(|t| state(t).unwrap_or(TicketState::Gone)).collect())
     }
 
     fn cancel(&mut self, tickets: &[Ticket]) -> Result<(), EngineError> {
-        // Tasks whose job is known are ended one by one, so that others of their array go on.
-        let job = |t: &Ticket| self.jobs.get(&t.id).map(|job| format!("{job}_{}", t.task));
-        let known: Option<Vec<String>> = tickets.iter().map(job).collect();
-        let arguments = match known {
-            Some(tasks) if !tasks.is_empty() => tasks,
-            _ => Self::names(tickets).into_iter().map(|name| format!("--name={name}")).collect(),
-        };
+        let mut tasks: BTreeMap<Option<String>, Vec<String>> = BTreeMap::new();
         let mut first = None;
-        for arguments in arguments.chunks(TASKS_MAX) {
-            // A name is an option of its own call.
-            let calls: Vec<&[String]> = if arguments[0].starts_with("--") {
-                arguments.chunks(1).collect()
-            } else {
-                vec![arguments]
-            };
-            for call in calls {
-                let output = self.command("scancel", call, &[])?;
+        for ticket in tickets {
+            // Tasks are ended one by one: others of their array are not affected.
+            match self.job(ticket) {
+                Ok(job) => {
+                    let task = format!("{}_{}", job.id, ticket.task);
+                    tasks.entry(job.cluster.clone()).or_default().push(task);
+                }
+                Err(error) => _ = first.get_or_insert(error),
+            }
+        }
+        for (cluster, tasks) in &tasks {
+            for tasks in tasks.chunks(TASKS_MAX) {
+                let arguments = [&of_cluster(cluster.as_deref())[..], tasks].concat();
+                let output = self.command("scancel", &arguments, &[])?;
                 if !output.status.success() {
-                    first.get_or_insert_with(|| failure("scancel", &output));
+                    let why = failure("scancel", &output);
+                    first.get_or_insert(EngineError::NoAnswer(why));
                 }
             }
         }
-        first.map_or(Ok(()), |why| Err(EngineError::NoAnswer(why)))
+        first.map_or(Ok(()), Err)
     }
 
     fn emit(&self, groups: &[Group]) -> String {
         let mut groups = groups.to_vec();
         self.arrange(&mut groups);
-        let script = |(k, array): (usize, &[Group])| self.script(&self.new_name(k), array);
+        let clusters = self.asked_clusters();
+        let script = |(k, array): (usize, &[Group])| {
+            Script::new(&self.setup, &self.new_name(k), clusters.as_deref(), array).text
+        };
         arrays(&groups).into_iter().enumerate().map(script).collect()
     }
 }
@@ -338,41 +328,27 @@ fn is_similar(smallest: &Group, group: &Group) -> bool {
     }
 }
 
-/// Words of an option, as in a script; an option that cannot be split is one word.
-fn words_of(option: &str) -> Vec<String> {
-    split(option).unwrap_or_else(|| vec![option.to_owned()])
+/// Arguments that have a program of Slurm work with clusters.
+fn of_cluster(clusters: Option<&str>) -> Vec<String> {
+    clusters.map_or_else(Vec::new, |clusters| vec!["-M".into(), clusters.into()])
 }
 
-/// Folders of a group's cases in a line.
-fn task_line(group: &Group) -> String {
-    let folders: Vec<String> = group.cases.iter().map(|case| format!("cases/{case}")).collect();
-    folders.join(" ") + "\n"
-}
-
-/// State of a task that `squeue` lists.
-fn state_of(state: &str, reason: &str) -> TicketState {
-    match state {
-        "PENDING" => {
-            let usual = ["None", "Priority", "Resources", "Dependency", "BeginTime", "Cleaning"];
-            TicketState::Waiting((!usual.contains(&reason)).then(|| reason.to_owned()))
-        }
-        "CONFIGURING" | "REQUEUED" | "REQUEUE_HOLD" | "REQUEUE_FED" | "RESV_DEL_HOLD"
-        | "SPECIAL_EXIT" | "SUSPENDED" => TicketState::Waiting(Some(state.to_lowercase())),
-        "RUNNING" | "COMPLETING" | "RESIZING" | "SIGNALING" | "STAGE_OUT" | "STOPPED" => {
-            TicketState::Running
-        }
-        _ => TicketState::Ended {
-            reason: format!("Slurm says {state}"),
-            // Ended by a person: it is not submitted again behind their back.
-            retry: !state.starts_with("CANCELLED"),
-        },
-    }
+/// The job that `sbatch --parsable` has submitted: `ID`, or `ID;CLUSTER` where clusters are named.
+fn submitted(output: &Output) -> Option<Job> {
+    let text = String::from_utf8_lossy(&output.stdout);
+    let line = text.lines().rev().find(|line| !line.trim().is_empty())?.trim();
+    let (id, cluster) = line.split_once(';').unwrap_or((line, ""));
+    let cluster = Some(cluster.to_owned()).filter(|name| !name.is_empty());
+    let is_number = !id.is_empty() && id.bytes().all(|b| b.is_ascii_digit());
+    (is_number && output.status.success()).then(|| Job { id: id.to_owned(), cluster })
 }
 
 /// Why a program of Slurm failed, in words.
 fn failure(program: &str, output: &Output) -> String {
     let errors = String::from_utf8_lossy(&output.stderr);
-    format!("{program}: {}", errors.trim().replace('\n', " "))
+    let text =
+        if errors.trim().is_empty() { String::from_utf8_lossy(&output.stdout) } else { errors };
+    format!("{program}: {}", text.trim().replace('\n', " "))
 }
 
 #[cfg(test)]

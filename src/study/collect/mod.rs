@@ -6,10 +6,13 @@ mod evaluate;
 mod mixtures;
 mod row;
 mod table;
+mod worst_doubts;
 
 use std::path::Path;
 
 use self::row::{CaseState, Differences, Row};
+use self::worst_doubts::worst_doubts;
+use super::StudyError;
 use super::case::Case;
 use super::checks::{Check, Outcome};
 use super::compare::{sheet, tools};
@@ -17,12 +20,16 @@ use super::file::Study;
 use super::inputs::folder_of;
 use super::output::{plot, write_csv};
 use super::states::{Entry, State, States};
-use super::{LISTED_MAX, StudyError};
 use crate::report::csv;
 use crate::report::doubt::Doubt;
 use crate::report::drawing::write_chart;
 use crate::report::page::Page;
 use crate::report::record::RunRecord;
+
+/// Travels and forces of a run.
+const HISTORY: &str = "history.csv";
+/// The formed sheet of a run.
+const SHEET: &str = "steps/last.vtu";
 
 /// Writes `study.csv`, `cost.csv`, `study.html` and the charts into `folder`.
 ///
@@ -54,7 +61,7 @@ pub fn collect(
     }
     let checks = evaluate::evaluate(study, &rows);
     let mut page = Page::new(&study.name);
-    let doubts = doubts(&rows);
+    let doubts = worst_doubts(&rows);
     page.doubts(&doubts);
     let notes = mixtures::notes(&rows);
     page.notes(&notes);
@@ -80,73 +87,12 @@ pub fn collect(
 pub struct Findings {
     /// Outcomes of its checks.
     pub checks: Vec<(Check, Outcome)>,
-    /// Doubts about the completed cases, one of each code; `place` and `text` start with the case that exceeds the limit most.
+    /// Doubts about the completed cases, one of each code; `place` and `text` start with the case that is farthest beyond its
+    /// limit.
     pub doubts: Vec<Doubt>,
-    /// Notes on runs that do not compare: of several builds, or on several classes of processors.
+    /// Notes on runs that do not compare: of several builds, on several classes of processors, or with files that cannot be
+    /// read.
     pub notes: Vec<String>,
-}
-
-/// Doubts about all completed cases: one of each code, that which exceeds its limit most, with the names of the other cases.
-fn doubts(rows: &[Row<'_>]) -> Vec<Doubt> {
-    /// The worst doubt of a code with its case, and all cases that have one.
-    struct Worst<'a>(&'a Doubt, &'a str, Vec<&'a str>);
-    let mut found: Vec<Worst<'_>> = Vec::new();
-    for row in rows.iter().filter(|row| row.done()) {
-        let case = row.case.id.as_str();
-        for doubt in row.record.iter().flat_map(|record| &record.doubts) {
-            match found.iter_mut().find(|worst| worst.0.code == doubt.code) {
-                None => found.push(Worst(doubt, case, vec![case])),
-                Some(worst) => {
-                    if excess(doubt) > excess(worst.0) {
-                        (worst.0, worst.1) = (doubt, case);
-                    }
-                    if !worst.2.contains(&case) {
-                        worst.2.push(case);
-                    }
-                }
-            }
-        }
-    }
-    let with_others = |Worst(doubt, case, cases): Worst<'_>| {
-        let mut told = of_case(doubt, case);
-        let rest: Vec<&str> = cases.into_iter().filter(|other| *other != case).collect();
-        told.text += &others(&rest);
-        told
-    };
-    found.into_iter().map(with_others).collect()
-}
-
-/// How far a doubt exceeds its limit, over the limit; 0 without numbers.
-fn excess(doubt: &Doubt) -> f64 {
-    let ratio = doubt.value.zip(doubt.limit).map(|(value, limit)| (value / limit).abs());
-    ratio.filter(|ratio| ratio.is_finite()).unwrap_or(0.0)
-}
-
-/// A doubt whose place and text begin with its case.
-fn of_case(doubt: &Doubt, case: &str) -> Doubt {
-    Doubt {
-        place: format!("{case}: {}", doubt.place),
-        text: format!("{case}: {}", doubt.text),
-        ..doubt.clone()
-    }
-}
-
-/// A sentence that names other cases with the same doubt; empty without any.
-fn others(cases: &[&str]) -> String {
-    let named = cases.iter().take(LISTED_MAX).copied().collect::<Vec<_>>().join(", ");
-    match cases.len() {
-        0 => String::new(),
-        1 => format!(" The same doubt applies to {named}."),
-        count if count <= LISTED_MAX => {
-            format!(" The same doubt applies to {count} others: {named}.")
-        }
-        count => {
-            let more = count - LISTED_MAX;
-            format!(
-                " The same doubt applies to {count} others: {named} and {more} more (study.csv)."
-            )
-        }
-    }
 }
 
 fn put_checks(page: &mut Page, checks: &[(Check, Outcome)]) {
@@ -187,6 +133,7 @@ fn row<'a>(study: &Study, case: &'a Case, entry: Option<&Entry>, folder: &Path) 
         shape_error,
         curve: Vec::new(),
         sheet: None,
+        unread: Vec::new(),
         differences: Differences::default(),
     };
     let record = entry.and_then(|entry| entry.record.clone()).or_else(|| record(&run));
@@ -195,11 +142,17 @@ fn row<'a>(study: &Study, case: &'a Case, entry: Option<&Entry>, folder: &Path) 
         return row;
     }
     row.record = record;
-    let history = crate::files::read_text(&run.join("history.csv"), crate::files::Input::Table)
-        .unwrap_or_default();
-    row.curve = curve(&history, &study.watch);
-    // The last state of an unfinished case is not comparable.
-    row.sheet = row.done().then(|| sheet(&run)).flatten();
+    let history = crate::files::read_text(&run.join(HISTORY), crate::files::Input::Table);
+    let curve = history.ok().and_then(|text| curve(&text, &study.watch));
+    // The last state of an unfinished case is not comparable, and its history may be missing.
+    if row.done() {
+        row.sheet = sheet(&run);
+        let lost = [(HISTORY, curve.is_none()), (SHEET, row.sheet.is_none())];
+        let is_there = |name: &str| name == HISTORY || run.join(name).exists();
+        let lost = lost.into_iter().filter(|(name, lost)| *lost && is_there(name));
+        row.unread = lost.map(|(name, _)| name).collect();
+    }
+    row.curve = curve.unwrap_or_default();
     row
 }
 
@@ -235,13 +188,13 @@ fn compare(rows: &mut [Row<'_>], reference: Option<&str>) {
     rows.iter_mut().zip(differences).for_each(|(row, differences)| row.differences = differences);
 }
 
-/// Travel and force of a tool from `history.csv`, while its travel increases.
-fn curve(history: &str, tool: &str) -> Vec<(f64, f64)> {
+/// Travel and force of a tool from `history.csv`, while its travel increases; `None` without columns of the tool.
+fn curve(history: &str, tool: &str) -> Option<Vec<(f64, f64)>> {
     let mut rows = csv::rows(history).into_iter().map(csv::cells);
-    let Some(head) = rows.next() else { return Vec::new() };
+    let head = rows.next()?;
     let column = |name: String| head.iter().position(|h| *h == name);
-    let columns = (column(format!("{tool}_travel_mm")), column(format!("{tool}_force_n")));
-    let (Some(x), Some(y)) = columns else { return Vec::new() };
+    let x = column(format!("{tool}_travel_mm"))?;
+    let y = column(format!("{tool}_force_n"))?;
     let number = |row: &[String], k: usize| row.get(k).and_then(|c| c.parse::<f64>().ok());
     let mut out: Vec<(f64, f64)> = Vec::new();
     for row in rows {
@@ -251,7 +204,7 @@ fn curve(history: &str, tool: &str) -> Vec<(f64, f64)> {
             out.push((x, y));
         }
     }
-    out
+    Some(out)
 }
 
 #[cfg(test)]

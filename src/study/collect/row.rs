@@ -30,6 +30,8 @@ pub(super) struct Row<'a> {
     /// Travel [mm] and force [N] of the watched tool while its travel increases.
     pub(super) curve: Vec<(f64, f64)>,
     pub(super) sheet: Option<Sheet>,
+    /// Files of a run that is done which cannot be read.
+    pub(super) unread: Vec<&'static str>,
     pub(super) differences: Differences,
 }
 

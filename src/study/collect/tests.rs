@@ -142,11 +142,11 @@ fn cases_that_were_not_run_have_no_numbers() {
     let mut made = Made::new(json!([]));
     made.collect();
     assert_eq!(made.cell("later", "state"), "waiting");
-    let reason = Some("gave up".to_owned());
+    let reason = Some("did not converge".to_owned());
     made.other.insert("later".into(), Entry::new(State::Failed, reason));
     made.collect();
     assert_eq!(made.cell("later", "state"), "failed");
-    assert_eq!(made.cell("later", "reason"), "gave up");
+    assert_eq!(made.cell("later", "reason"), "did not converge");
     for column in
         ["travel_mm", "force_max_n", "force_end_n", "minimum_thickness_mm", "draw_in_dx_mm"]
     {
@@ -200,9 +200,9 @@ fn methods_are_lines_and_the_best_are_ringed() {
 #[test]
 fn curves_are_compared_over_their_common_travel() {
     let text = "increment,stage,punch_travel_mm,punch_force_n\n1,clamp,0,5\n2,draw,1,10\n3,draw,3,30\n4,release,3,0\n";
-    let a = curve(text, "punch");
+    let a = curve(text, "punch").unwrap();
     assert_eq!(a, [(1.0, 10.0), (3.0, 30.0)]);
-    assert!(curve(text, "die").is_empty());
+    assert!(curve(text, "die").is_none() && curve("", "punch").is_none());
     let b: Vec<(f64, f64)> = [(1.0, 11.0), (2.0, 22.0), (4.0, 44.0)].into();
     assert!((curves::force_rms(&b, &a).unwrap() - 0.1).abs() < 1e-12);
     assert!((curves::force_rms(&a, &a).unwrap()).abs() < 1e-15);
@@ -214,22 +214,29 @@ fn curves_are_compared_over_their_common_travel() {
 }
 
 #[test]
-fn a_doubt_about_many_cases_is_told_once_with_their_names() {
+fn a_doubt_about_many_cases_is_given_once_with_their_names() {
     let made = Made::new(json!([]));
-    for (case, value) in [("fine", 2.0), ("coarse", 3.0)] {
+    let put = |case: &str, code: &str, value: f64, limit: f64| {
         let path = folder_of(made.folder.path(), case).join("run/run.json");
         let mut record: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
         record["doubts"] = json!([{
-            "code": "energy-balance", "where": "sheet", "value": value, "limit": 1.0, "text": "It is lost."
+            "code": code, "where": "sheet", "value": value, "limit": limit, "text": "It is lost."
         }]);
         fs::write(&path, record.to_string()).unwrap();
+    };
+    // Above a maximum, below a minimum, and above a limit of zero: the second is worse.
+    for (code, values, limit) in [
+        ("energy-balance", [2.0, 3.0], 1.0),
+        ("thickness-below-half", [0.45, 0.2], 0.5),
+        ("unstable-equilibrium", [1.0, 4.0], 0.0),
+    ] {
+        for (case, value) in ["fine", "coarse"].into_iter().zip(values) {
+            put(case, code, value, limit);
+        }
+        let doubts = made.findings().doubts;
+        let texts: Vec<&str> = doubts.iter().map(|doubt| doubt.text.as_str()).collect();
+        assert_eq!(texts, ["coarse: It is lost. The same doubt applies to fine."], "{code}");
     }
-    let doubts = made.findings().doubts;
-    let texts: Vec<&str> = doubts.iter().map(|doubt| doubt.text.as_str()).collect();
-    assert_eq!(texts, ["coarse: It is lost. The same doubt applies to fine."]);
-    let names = ["a", "b", "c", "d", "e", "f"];
-    assert_eq!(others(&names[..2]), " The same doubt applies to 2 others: a, b.");
-    assert!(others(&names).ends_with("6 others: a, b, c, d, e and 1 more (study.csv)."));
 }
 
 #[test]
@@ -259,4 +266,20 @@ fn runs_of_several_builds_or_processors_are_noted_with_their_cases() {
     put("coarse", "build", crate::run::build::BUILD);
     made.other.insert("coarse".into(), Entry::new(State::Failed, None));
     assert!(made.findings().notes.is_empty());
+}
+
+#[test]
+fn results_that_cannot_be_read_are_noted_with_their_cases() {
+    let made = Made::new(json!([]));
+    assert!(made.findings().notes.is_empty());
+    let file = |case: &str, name: &str| folder_of(made.folder.path(), case).join("run").join(name);
+    fs::write(file("fine", HISTORY), "increment,die_travel_mm,die_force_n\n1,1,5\n").unwrap();
+    fs::create_dir(file("coarse", "steps")).unwrap();
+    fs::write(file("coarse", SHEET), "<VTKFile>").unwrap();
+    let notes = made.findings().notes;
+    assert_eq!(notes.len(), 1, "{notes:?}");
+    assert!(notes[0].contains(": history.csv (fine); steps/last.vtu (coarse)."), "{notes:?}");
+    fs::remove_file(file("coarse", HISTORY)).unwrap();
+    let notes = made.findings().notes;
+    assert!(notes[0].contains("history.csv (fine, coarse);"), "{notes:?}");
 }

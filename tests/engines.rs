@@ -220,6 +220,27 @@ fn cases_that_follow_others_are_submitted_to_their_cluster() {
 }
 
 #[test]
+fn an_engine_that_does_not_end_tickets_says_so() {
+    let (bends, slurm) = (one(0.5), FakeSlurm::new());
+    // It accepts the case, runs nothing, and knows its ticket for ever.
+    let engine = ["--runner", "command", "--submit", "sh -c 'echo job' {case}", "--poll", "true"];
+    ends_well(bends.study(&[&engine[..], &["--detach"]].concat()));
+    let (code, _, errors) = bends.study(&[&engine[..], &["--cancel"]].concat());
+    assert!(code == 2 && errors.contains("has not ended all submitted cases"), "{errors}");
+    assert!(errors.contains("no command is given") && errors.contains("--end"), "{errors}");
+    let end = ["--end", "false {ticket}", "--cancel"];
+    let (code, _, errors) = bends.study(&[&engine[..], &end].concat());
+    assert!(code == 4 && errors.contains("`false job`: exit status: 1"), "{errors}");
+    fs::remove_dir_all(bends.at("out")).unwrap();
+    // The controller of Slurm is down.
+    slurm.set("hold", true);
+    ends_well(slurm.study(&bends, &["--detach"]));
+    slurm.set("down", true);
+    let (code, _, errors) = slurm.study(&bends, &["--cancel"]);
+    assert!(code == 4 && errors.contains("connect failure"), "{errors}");
+}
+
+#[test]
 fn tickets_that_cannot_be_read_are_reported() {
     let (bends, slurm) = (one(0.5), FakeSlurm::new());
     let cancel = || slurm.study(&bends, &["--cancel"]);

@@ -254,7 +254,12 @@ fn of_study(error: &StudyError) -> Option<String> {
             Some(format!("--runner {runner}, or --cancel with it"))
         }
         StudyError::Refused { .. } => Some("--emit prints what is submitted".into()),
-        StudyError::NoAnswer { .. } => Some("the same command when it answers again".into()),
+        StudyError::NotCancelled { refused: true, .. } => {
+            Some("--poll with --end, which gives the command that ends a ticket".into())
+        }
+        StudyError::NoAnswer { .. } | StudyError::NotCancelled { .. } => {
+            Some("the same command when it answers again".into())
+        }
         // The key of the scene follows the name of its case.
         StudyError::Value { place, .. } => of_key(place.rsplit(": ").next()?),
         _ => None,

@@ -14,6 +14,7 @@ impl From<StudyError> for Failure {
                 | StudyError::OtherRuns { .. }
                 | StudyError::OtherRunner { .. }
                 | StudyError::Refused { .. }
+                | StudyError::NotCancelled { refused: true, .. }
         );
         let exit = if input { Exit::Input } else { Exit::Io };
         Self::new(exit, error)

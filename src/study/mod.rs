@@ -131,6 +131,16 @@ pub enum StudyError {
         /// Its message.
         reason: String,
     },
+    /// The engine of a runner has not ended submitted cases.
+    #[error("{runner} has not ended all submitted cases: {reason}")]
+    NotCancelled {
+        /// The runner.
+        runner: &'static str,
+        /// Its message.
+        reason: String,
+        /// Whether asking again does not help.
+        refused: bool,
+    },
     /// The study or one of its scenes is invalid.
     #[error("{}, {place}: found {found}; allowed: {allowed}", path.display())]
     Value {

@@ -116,8 +116,8 @@ pub fn check_lock(lock: &Lock, folder: &Path) -> Result<(), StudyError> {
 /// once more for their states: where some have ended by themselves, they explain the error.
 ///
 /// # Errors
-/// [`StudyError`] when they were submitted with another runner (`name`), the engine does not answer, or it reports an error
-/// although no task has ended.
+/// [`StudyError::OtherRunner`] when they were submitted with another runner (`name`), [`StudyError::NotCancelled`] when the
+/// engine does not answer, or reports an error although no task has ended.
 pub fn cancel(
     folder: &Path,
     name: &str,
@@ -127,10 +127,13 @@ pub fn cancel(
     if name != runner.name() {
         return Err(other_runner(folder, name, runner));
     }
-    end_all(tickets, runner).map_err(|error| match error {
-        EngineError::Study(error) => error,
-        EngineError::NoAnswer(reason) => StudyError::NoAnswer { runner: runner.name(), reason },
-        EngineError::Refused(reason) => StudyError::Refused { runner: runner.name(), reason },
+    end_all(tickets, runner).map_err(|error| {
+        let (reason, refused) = match error {
+            EngineError::Study(error) => return error,
+            EngineError::NoAnswer(reason) => (reason, false),
+            EngineError::Refused(reason) => (reason, true),
+        };
+        StudyError::NotCancelled { runner: runner.name(), reason, refused }
     })
 }
 

@@ -1,13 +1,14 @@
 //! To a tolerance with as few patches as it takes: against the uniform mesh that reaches the same largest error.
 
 use std::path::Path;
+use std::time::Duration;
 
 use kanagata::audit::report::PatchAudit;
 use kanagata::audit::{AuditOptions, CadReference, audit};
 use kanagata::cad::model::{Edge, EdgeUse, Face, SurfaceKind, TrimLoop};
 use kanagata::cad::{self, Model};
 use kanagata::convert::tolerance::{
-    Borders, Goal, Refined, ToleranceError, to_patches, to_tolerance,
+    Borders, Goal, Refined, ToleranceError, to_patches, to_tolerance, to_tolerance_in_time,
 };
 use kanagata::convert::{ConvertOptions, convert};
 use kanagata::geometry::nurbs::{Curve2, Curve3, Surface};
@@ -296,6 +297,32 @@ fn a_face_that_folds_is_refused_by_name() {
         Ok(found) => panic!("{} patches", found.tool.patches.len()),
         Err(other) => panic!("{other}"),
     }
+}
+
+/// Without any time for a search the default model is the answer, within the tolerance or with its error.
+#[test]
+fn a_search_without_time_gives_the_default_model_with_its_error() {
+    let model = read("cross/die.igs");
+    let in_no_time = |tol_mm: f64| {
+        let goal = Goal {
+            tol_mm,
+            normal_deg: f64::INFINITY,
+            two_sided: true,
+            borders: Borders::Conforming,
+        };
+        let (mesh, options) = (MappedOptions::default(), ConvertOptions::default());
+        to_tolerance_in_time(&model, &mesh, &options, &goal, Some(Duration::ZERO))
+    };
+    let loose = in_no_time(0.5).unwrap();
+    assert!(loose.audit.worst_mm() <= 0.5 && !loose.saved_all);
+    let Err(ToleranceError::Above { model: found, why }) = in_no_time(1e-6) else {
+        panic!("1e-6 mm in no time")
+    };
+    assert_eq!(found.tool.patches, loose.tool.patches);
+    let again = audit(&found.tool, &CadReference::new(&model), &AuditOptions::default()).unwrap();
+    assert!(found.audit.worst_mm() > 1e-6 && found.audit.within_tolerance == Some(false));
+    assert_eq!(found.audit.worst_mm().to_bits(), again.report.worst_mm().to_bits());
+    assert!(found.audit.folded.is_empty() && why.to_string().contains("asked: 1.000e-6"), "{why}");
 }
 
 /// Normals that turn by nearly a right angle: a curve that leaves them for the CAD's middle once stood 6 mm out. Eq. 8

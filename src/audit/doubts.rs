@@ -6,11 +6,18 @@ use crate::report::doubt::{Doubt, DoubtCode, place_mm};
 /// Maximum number of patches or faces listed in a doubt.
 const LISTED_MAX: usize = 8;
 
-/// The doubts of a report in order of importance, missing faces first.
+/// The doubts of a report in order of importance, missing faces first. An exceeded tolerance advises to convert within it.
 #[must_use]
 pub fn doubts(r: &AuditReport) -> Vec<Doubt> {
-    let all = [lost(r), folded(r), points(r), shape(r), borders(r), gap(r), normals(r)];
-    all.into_iter().flatten().collect()
+    let within = |limit: String| format!("Convert to a tolerance of {limit}.");
+    doubts_advising(r, &within)
+}
+
+/// As [`doubts`]; `advice` is the last sentence where a tolerance, given with its unit, is exceeded.
+#[must_use]
+pub fn doubts_advising(r: &AuditReport, advice: &dyn Fn(String) -> String) -> Vec<Doubt> {
+    let exceeded = [shape(r, advice), borders(r, advice), gap(r), normals(r, advice)];
+    [lost(r), folded(r), points(r)].into_iter().chain(exceeded).flatten().collect()
 }
 
 fn lost(r: &AuditReport) -> Option<Doubt> {
@@ -46,20 +53,21 @@ fn points(r: &AuditReport) -> Option<Doubt> {
     (r.points_lost > 0).then(|| Doubt::of(DoubtCode::PointsLost, String::new(), found, text))
 }
 
-fn shape(r: &AuditReport) -> Option<Doubt> {
+fn shape(r: &AuditReport, advice: &dyn Fn(String) -> String) -> Option<Doubt> {
     let limit = r.tolerance_mm.filter(|limit| r.worst_mm() > *limit)?;
     let worst = r.worst.first();
     let place = worst.map_or_else(String::new, |w| place_mm(&w.point));
     let on =
         worst.map_or_else(String::new, |w| format!(" on patch {} of face {}", w.patch, w.face));
     let text = format!(
-        "The tool deviates by {:.5} mm from its CAD at {place}{on}; allowed: {limit} mm. Convert to a tolerance of {limit} mm.",
-        r.worst_mm()
+        "The tool deviates by {:.5} mm from its CAD at {place}{on}; allowed: {limit} mm. {}",
+        r.worst_mm(),
+        advice(format!("{limit} mm"))
     );
     Some(Doubt::of(DoubtCode::ToleranceExceeded, place, [r.worst_mm(), limit], text))
 }
 
-fn borders(r: &AuditReport) -> Option<Doubt> {
+fn borders(r: &AuditReport, advice: &dyn Fn(String) -> String) -> Option<Doubt> {
     let found = r.borders.deviation_mm();
     let limit = r.tolerance_mm.filter(|limit| found > *limit)?;
     let place = r.borders.at.map_or_else(String::new, |at| place_mm(&at));
@@ -69,7 +77,8 @@ fn borders(r: &AuditReport) -> Option<Doubt> {
         "the tool does not end where the CAD does"
     };
     let text = format!(
-        "Free borders of tool and CAD are {found:.5} mm apart at {place}: {ends}; allowed: {limit} mm. Convert to a tolerance of {limit} mm."
+        "Free borders of tool and CAD are {found:.5} mm apart at {place}: {ends}; allowed: {limit} mm. {}",
+        advice(format!("{limit} mm"))
     );
     Some(Doubt::of(DoubtCode::BordersExceeded, place, [found, limit], text))
 }
@@ -84,13 +93,14 @@ fn gap(r: &AuditReport) -> Option<Doubt> {
     Some(Doubt::of(DoubtCode::GapsExceeded, place, [found, limit], text))
 }
 
-fn normals(r: &AuditReport) -> Option<Doubt> {
+fn normals(r: &AuditReport, advice: &dyn Fn(String) -> String) -> Option<Doubt> {
     let limit = r.normal_tolerance_deg.filter(|limit| r.normal_max_deg > *limit)?;
     let off = |f: &&super::report::FaceAudit| f.normal_max_deg >= r.normal_max_deg;
     let place = r.faces.iter().find(off).map_or_else(String::new, |f| format!("face {}", f.face));
     let text = format!(
-        "Normals of the tool deviate by {:.3} deg from those of its CAD on {place}; allowed: {limit} deg. Convert to a normal tolerance of {limit} deg.",
-        r.normal_max_deg
+        "Normals of the tool deviate by {:.3} deg from those of its CAD on {place}; allowed: {limit} deg. {}",
+        r.normal_max_deg,
+        advice(format!("{limit} deg"))
     );
     Some(Doubt::of(DoubtCode::NormalsExceeded, place, [r.normal_max_deg, limit], text))
 }

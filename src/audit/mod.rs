@@ -39,7 +39,7 @@ pub mod view;
 use rayon::prelude::*;
 
 use crate::tool::ToolModel;
-pub use doubts::doubts;
+pub use doubts::{doubts, doubts_advising};
 pub use gaps::OpenSide;
 pub use options::AuditOptions;
 pub use reference::{CadReference, ReferenceSurface};

@@ -8,6 +8,24 @@ use crate::run::advice::{Conversion, Finding};
 
 /// Prints doubts with their remedies to stderr, after all other output.
 pub(super) fn print_doubts(doubts: &[Doubt], accepted: bool) {
+    print_with(doubts, accepted, remedy);
+}
+
+/// As [`print_doubts`], for a tool that is just converted.
+pub(super) fn print_conversion_doubts(doubts: &[Doubt], accepted: bool) {
+    let remedy = |doubt: &Doubt| match doubt.code {
+        DoubtCode::ToleranceExceeded | DoubtCode::BordersExceeded => {
+            Some("a larger --tol, or more --time if it was limited".into())
+        }
+        DoubtCode::NormalsExceeded => {
+            Some("a larger --normal-tol, or more --time if it was limited".into())
+        }
+        _ => remedy(doubt),
+    };
+    print_with(doubts, accepted, remedy);
+}
+
+fn print_with(doubts: &[Doubt], accepted: bool, remedy: impl Fn(&Doubt) -> Option<String>) {
     for doubt in doubts {
         err!("doubt {doubt}");
         if let Some(remedy) = remedy(doubt) {

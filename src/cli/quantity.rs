@@ -10,6 +10,11 @@ pub(super) fn angle_deg(text: &str) -> Result<f64, String> {
     positive(text, &[("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)])
 }
 
+/// Parses a time [s]; without unit in seconds.
+pub(super) fn time_s(text: &str) -> Result<f64, String> {
+    positive(text, &[("ms", 1e-3), ("min", 60.0), ("h", 3600.0), ("s", 1.0)])
+}
+
 fn positive(text: &str, units: &[(&str, f64)]) -> Result<f64, String> {
     let found = units.iter().find_map(|(name, size)| Some((text.strip_suffix(name)?, *size)));
     let (number, size) = found.unwrap_or((text, 1.0));
@@ -28,12 +33,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_and_angles_take_their_units() {
+    fn quantities_take_their_units() {
         assert_eq!(length_mm("0.01"), Ok(0.01));
         assert_eq!(length_mm("0.01mm"), Ok(0.01));
         assert_eq!(length_mm("2 in"), Ok(50.8));
         assert_eq!(length_mm("1.5m"), Ok(1500.0));
         assert_eq!(angle_deg("0.5deg"), Ok(0.5));
+        assert_eq!((time_s("2"), time_s("10 s"), time_s("1.5min")), (Ok(2.0), Ok(10.0), Ok(90.0)));
         for bad in ["", "mm", "0", "-1mm", "1ft", "nan", "inf"] {
             assert!(length_mm(bad).unwrap_err().contains("above zero"), "{bad}");
         }

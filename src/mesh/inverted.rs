@@ -80,7 +80,7 @@ pub fn check(mesh: &SurfaceMesh, model: &Model) -> Result<(), MeshError> {
             on.len(),
             all.len()
         ),
-        allowed: "corner Jacobians above 0".into(),
+        allowed: format!("corner Jacobians of at least {}", -INVERTED_SINE_MIN),
         remedy: REMEDY,
     })
 }

@@ -6,7 +6,7 @@ use clap::ValueEnum;
 
 use crate::cli::exit::{EXIT_HELP, Failure};
 use crate::cli::mesh::MesherArgs;
-use crate::cli::quantity::{angle_deg, length_mm};
+use crate::cli::quantity::{angle_deg, length_mm, time_s};
 use crate::cli::select::SelectArgs;
 use crate::convert::reach::Reached;
 use crate::geometry::Vec3;
@@ -71,6 +71,13 @@ pub struct HowArgs {
     /// Refine until the largest normal error is within this, as `0.5deg` [degrees]; not for --kind bezier
     #[arg(long, value_name = "ANGLE", value_parser = angle_deg, conflicts_with = "patches")]
     pub(super) normal_tol: Option<f64>,
+    /// End the search for --tol or --normal-tol in about this time, as `10s` [s], with the best model found. The result
+    /// depends on the speed of the machine; not for --kind bezier
+    #[arg(long, value_name = "TIME", value_parser = time_s, conflicts_with = "patches")]
+    pub(super) time: Option<f64>,
+    /// End with exit code 0 although a tolerance is exceeded; doubts are still listed
+    #[arg(long)]
+    pub(super) accept_doubts: bool,
     /// Smallest error for this number of patches; not for --kind bezier
     #[arg(long, value_name = "N")]
     pub(super) patches: Option<usize>,
@@ -219,12 +226,19 @@ impl ConvertArgs {
             ("--patches", self.how.patches.is_some() && kind),
             ("--normal-tol", self.how.normal_tol.is_some() && kind),
             ("--on-cad", self.how.on_cad && kind),
+            ("--time", self.how.time.is_some() && kind),
         ];
         if let Some((option, _)) = refused.into_iter().find(|r| r.1) {
             return Err(Failure::input(format!(
                 "{option} with --kind bezier; allowed: --tol, and {option} with --kind nagata or facets; patches straight from \
                  the CAD interpolate it and are made finer until they are within --tol; leave {option} out"
             )));
+        }
+        if self.how.time.is_some() && !self.is_refined() {
+            return Err(Failure::input(
+                "--time without --tol or --normal-tol; allowed: with one of them; without a tolerance nothing is searched; \
+                 leave --time out",
+            ));
         }
         if self.how.on_cad && !self.is_refined() {
             return Err(Failure::input(

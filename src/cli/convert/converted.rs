@@ -1,8 +1,9 @@
 //! Result of a conversion.
 
-use crate::audit::AuditReport;
+use crate::audit::{AuditReport, doubts_advising};
 use crate::convert::tolerance::Borders as Meeting;
 use crate::convert::{ConvertReport, renumber};
+use crate::report::doubt::Doubt;
 use crate::tool::ToolModel;
 
 /// Result of a conversion by any method.
@@ -18,6 +19,23 @@ impl Converted {
         renumber(&mut self.tool, whole);
         let (finer, bare) = (&mut self.report.finer, &mut self.report.bare);
         finer.iter_mut().chain(bare).for_each(|f| *f = whole[*f]);
+        let Some(fit) = &mut self.refined else { return };
+        let renumbered = |f: &mut u32| *f = whole[*f as usize] as u32;
+        fit.audit.worst.iter_mut().for_each(|w| renumbered(&mut w.face));
+        fit.audit.faces.iter_mut().for_each(|f| renumbered(&mut f.face));
+    }
+}
+
+impl Fit {
+    /// Doubts about a model that is not within its goal.
+    pub(super) fn doubts(&self) -> Vec<Doubt> {
+        let limit = if self.search_converged { "" } else { " at its limit of work or time" };
+        let advice = |_| {
+            format!(
+                "The search for a finer model ended{limit}. Allow a larger error, or repair this face in the CAD."
+            )
+        };
+        doubts_advising(&self.audit, &advice)
     }
 }
 

@@ -3,12 +3,13 @@
 use std::collections::BTreeSet;
 
 use super::args::ConvertArgs;
-use super::converted::Converted;
+use super::converted::{Converted, Fit};
 use super::folds::warn_of_folds;
 use super::kinds::print_within;
 use super::print::{print_reach, print_report};
 use crate::convert::bezier::Within;
 use crate::convert::reach::Reached;
+use crate::report::doubt::Doubt;
 
 /// A tool whose file is written.
 pub(super) enum Made {
@@ -28,6 +29,14 @@ impl Made {
                 reached.iter().for_each(print_reach);
             }
             Self::Bezier { within, reached } => print_within(within, reached.as_ref()),
+        }
+    }
+
+    /// Doubts about the tool: tolerances that are exceeded.
+    pub(super) fn doubts(&self) -> Vec<Doubt> {
+        match self {
+            Self::Patches { made, .. } => made.refined.iter().flat_map(Fit::doubts).collect(),
+            Self::Bezier { .. } => Vec::new(),
         }
     }
 

@@ -19,6 +19,7 @@ use self::make::make_tool;
 pub use self::split::{SplitArgs, run as run_split};
 use super::exit::{Exit, Failure};
 use super::read::read_model;
+use crate::cli::doubts::print_conversion_doubts;
 use crate::cli::output_clash::refuse_clashes;
 use crate::cli::terminal::out;
 use crate::convert::ConvertError;
@@ -40,7 +41,7 @@ impl From<ToleranceError> for Failure {
 /// Converts the file.
 ///
 /// # Errors
-/// Exit code 2 for a file that is not CAD, cannot be meshed or not within the tolerance; 4 when files cannot be read or
+/// Exit code 2 for a file that is not CAD or cannot be meshed; 4 when files cannot be read or
 /// written.
 pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     args.check_borders()?;
@@ -58,5 +59,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     let made = make_tool(args, &whole)?;
     made.print(args);
     out!("  {}", args.output.display());
-    Ok(Exit::Done)
+    let doubts = made.doubts();
+    print_conversion_doubts(&doubts, args.how.accept_doubts);
+    Ok(Exit::of_doubts(&doubts, args.how.accept_doubts))
 }

@@ -7,7 +7,9 @@ use crate::convert::tolerance::Borders;
 use crate::geometry::Vec3;
 use crate::tool::build::StraightEdge;
 
-/// Largest number of edges and faces listed.
+/// Largest number of edges listed of each kind.
+const LISTED_EDGES_MAX: usize = 8;
+/// Largest number of faces listed.
 const LISTED_MAX: usize = 50;
 /// Largest number of folded patches listed.
 const LISTED_FOLDS_MAX: usize = 10;
@@ -51,9 +53,9 @@ fn print_fit(fit: &Fit) {
             audit.borders.deviation_mm()
         );
     }
-    if !search_converged {
+    if !search_converged && audit.within_tolerance != Some(false) {
         err!(
-            "note: the search for fewer patches ended at its work limit; what was found keeps the tolerance"
+            "note: the search for fewer patches ended at its limit of work or time; the model is within the tolerance"
         );
     }
     if *slid_mm > 0.0 {
@@ -103,14 +105,14 @@ fn list_faces(faces: &[usize], what: &str) {
 }
 
 fn list_edges(made: &Converted, edges: &[StraightEdge], what: &str) {
-    for edge in edges.iter().take(LISTED_MAX) {
+    for edge in edges.iter().take(LISTED_EDGES_MAX) {
         let ([a, b], p) = (edge.vertices, at(made, &edge.vertices));
         let patches: Vec<String> = edge.patches.iter().map(u32::to_string).collect();
         let patches = patches.join(", ");
         err!("warning: edge {a}-{b} of patches {patches} near {p}: {what}; {}", edge.fault);
     }
-    if edges.len() > LISTED_MAX {
-        err!("warning: and {} more edges: {what}", edges.len() - LISTED_MAX);
+    if edges.len() > LISTED_EDGES_MAX {
+        err!("warning: and {} more edges: {what}", edges.len() - LISTED_EDGES_MAX);
     }
 }
 

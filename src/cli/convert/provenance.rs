@@ -46,6 +46,7 @@ pub(super) fn provenance(
 fn goal(args: &ConvertArgs) -> String {
     let tol = args.how.tol.map_or_else(String::new, |t| format!(" tol-mm={t}"));
     let normal = args.how.normal_tol.map_or_else(String::new, |t| format!(" normal-tol-deg={t}"));
+    let time = args.how.time.map_or_else(String::new, |s| format!(" time-s={s}"));
     let patches = args.how.patches.map_or_else(String::new, |n| format!(" patches={n}"));
     let vertices = if args.how.on_cad { " vertices=on-cad" } else { " vertices=balanced" };
     let edges = format!(" edges={}", format!("{:?}", args.edge()).to_lowercase());
@@ -53,5 +54,5 @@ fn goal(args: &ConvertArgs) -> String {
         Borders::Conforming => "",
         Borders::Independent => " borders=independent",
     };
-    format!("{tol}{normal}{patches}{vertices}{edges}{borders}")
+    format!("{tol}{normal}{time}{patches}{vertices}{edges}{borders}")
 }

@@ -4,13 +4,16 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::args::{ConvertArgs, HowArgs};
+use super::made::Made;
 use super::make::make_tool;
 use crate::cad::Model;
 use crate::cad::attributes::Body;
+use crate::cli::doubts::print_conversion_doubts;
 use crate::cli::exit::{EXIT_HELP, Exit, Failure};
 use crate::cli::output_clash::refuse_clashes;
 use crate::cli::read::read_model;
 use crate::cli::terminal::{err, out};
+use crate::report::doubt::Doubt;
 
 /// Largest number of bodies of one call.
 const BODIES_MAX: usize = 500;
@@ -38,24 +41,35 @@ pub struct SplitArgs {
 /// files cannot be read or written.
 pub fn run(args: &SplitArgs) -> Result<Exit, Failure> {
     args.how.mesher.check()?;
+    if let Some(scene) = &args.how.reach {
+        crate::scene::read::scene_of(scene)?;
+    }
     let whole = read_model(&args.file, args.how.mesher.lost_faces())?;
     let bodies = bodies_of(args, &whole)?;
     std::fs::create_dir_all(&args.output).map_err(|e| {
         Failure::new(Exit::Io, format!("cannot make the folder {}: {e}", args.output.display()))
     })?;
     let mut failed: Vec<(String, Failure)> = Vec::new();
+    let mut doubts: Vec<Doubt> = Vec::new();
     for (body, name) in &bodies {
         let output = args.output.join(format!("{name}.tool.json"));
         let one = one_body(args, &output, name, *body);
         match converted(&one, &whole) {
-            Ok(figures) => out!("{}  body {}: {figures}", output.display(), body + 1),
+            Ok(made) => {
+                out!("{}  body {}: {}", output.display(), body + 1, made.figures());
+                let named = |d: Doubt| Doubt { text: format!("{name}: {}", d.text), ..d };
+                doubts.extend(made.doubts().into_iter().map(named));
+            }
             Err(failure) => {
                 err!("error: body {} ({name}): {}", body + 1, failure.error);
                 failed.push((name.clone(), failure));
             }
         }
     }
-    let Some((_, first)) = failed.first() else { return Ok(Exit::Done) };
+    print_conversion_doubts(&doubts, args.how.accept_doubts);
+    let Some((_, first)) = failed.first() else {
+        return Ok(Exit::of_doubts(&doubts, args.how.accept_doubts));
+    };
     let names = failed.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
     let (n, all) = (failed.len(), bodies.len());
     Err(Failure::new(
@@ -67,12 +81,12 @@ pub fn run(args: &SplitArgs) -> Result<Exit, Failure> {
     ))
 }
 
-/// Converts one body and returns its figures.
-fn converted(args: &ConvertArgs, whole: &Model) -> Result<String, Failure> {
+/// Converts one body.
+fn converted(args: &ConvertArgs, whole: &Model) -> Result<Made, Failure> {
     args.check_borders()?;
     args.check_refinement()?;
     refuse_clashes(&args.inputs(), &[("--output", Some(&args.output))])?;
-    Ok(make_tool(args, whole)?.figures())
+    make_tool(args, whole)
 }
 
 /// The arguments of `convert` for one body.

@@ -77,6 +77,12 @@ fn a_search_ends_at_its_work_limit_with_the_remaining_error() {
     let spent = spent.unwrap();
     assert!(spent >= 320 && spent <= 320 + 8 * (1 + *patches as u64), "{error}");
     assert!(error.to_string().contains("work limit"), "{error}");
+    let default = scope.uniform_model(MappedOptions::default().arc_divisions, &goal).unwrap();
+    let Err(ToleranceError::Above { model: closest, .. }) = scope.closest_or(error, &goal) else {
+        panic!("a model above the tolerance")
+    };
+    let ratio = |found: &Refined| closest::goal_ratio(found, &goal);
+    assert!(ratio(&closest) > 1.0 && ratio(&closest) <= ratio(&default), "{}", ratio(&closest));
 }
 
 #[test]

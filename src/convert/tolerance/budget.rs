@@ -1,6 +1,9 @@
-//! Work limit of a refinement, in patches made and audited. The count does not depend on the number of threads.
+//! Work limit of a refinement, in patches made and audited, and its time limit if there is one. The count does not depend on
+//! the number of threads; a result that ends at a time limit depends on the machine.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
 /// Work limit of the saving of patches: `SAVING_PATCHES_MAX + SAVING_PATCHES_PER_FACE * faces` evaluated patches. A
 /// search beyond it keeps its divisions. With a tenth of this limit, a ball with a hole takes 164 patches instead of
@@ -26,6 +29,8 @@ pub(super) struct Budget {
     saving: u64,
     /// An earlier search reached it.
     limited: AtomicBool,
+    /// Times at which the saving of patches and the search end.
+    ends: OnceLock<[Instant; 2]>,
 }
 
 impl Budget {
@@ -42,7 +47,39 @@ impl Budget {
     /// Budget with this limit of the saving of patches.
     pub const fn new(saving: u64) -> Self {
         let (evaluated, completed) = (AtomicU64::new(0), AtomicU64::new(0));
-        Self { evaluated, completed, saving, limited: AtomicBool::new(false) }
+        Self {
+            evaluated,
+            completed,
+            saving,
+            limited: AtomicBool::new(false),
+            ends: OnceLock::new(),
+        }
+    }
+
+    /// Ends the search after `time`, and the saving of patches after half of it.
+    pub fn limit_time(&self, time: Duration) {
+        let start = Instant::now();
+        let _ = self.ends.set([start + time / 2, start + time]);
+    }
+
+    /// The same budget with the time limit of another.
+    pub fn in_time_of(self, other: &Self) -> Self {
+        Self { ends: other.ends.clone(), ..self }
+    }
+
+    /// True when the time of the saving is over.
+    pub fn is_late_to_save(&self) -> bool {
+        self.is_late(0)
+    }
+
+    /// True when the search has a time limit.
+    pub fn has_time_limit(&self) -> bool {
+        self.ends.get().is_some()
+    }
+
+    /// True when the time of the saving (0) or of the search (1) is over.
+    fn is_late(&self, end: usize) -> bool {
+        self.ends.get().is_some_and(|ends| Instant::now() >= ends[end])
     }
 
     /// Starts a search. Its limit of the saving counts its own patches only; earlier work counts for the total limit.
@@ -78,7 +115,7 @@ impl Budget {
 
     /// True while divisions may be lowered and exchanged to save patches.
     pub fn allows_saving(&self) -> bool {
-        self.evaluated() < self.saving
+        self.evaluated() < self.saving && !self.is_late(0)
     }
 
     /// True while other models than one found may be made to save patches: the search and the complete models together
@@ -99,6 +136,9 @@ impl Budget {
 
     /// Remaining work until the search ends.
     pub fn remaining(&self) -> u64 {
+        if self.is_late(1) {
+            return 0;
+        }
         (SEARCH_LIMIT_RATIO * self.saving).saturating_sub(self.total())
     }
 

@@ -1,5 +1,6 @@
 //! Errors of a refinement to a tolerance.
 
+use super::goal::Refined;
 use crate::audit::AuditError;
 use crate::convert::ConvertError;
 use crate::mesh::MeshError;
@@ -37,6 +38,14 @@ pub enum ToleranceError {
         patches: usize,
         /// Number of patches evaluated, if the search ended at its work limit.
         spent: Option<u64>,
+    },
+    /// The tolerance was not reached; `model` has the smallest error of the models found, and no folds.
+    #[error("{why}")]
+    Above {
+        /// The model, with its complete audit.
+        model: Box<Refined>,
+        /// [`ToleranceError::NotReached`] or [`ToleranceError::NoPatches`].
+        why: Box<ToleranceError>,
     },
     /// No valid patches were found for a face.
     #[error(

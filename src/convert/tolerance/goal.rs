@@ -44,6 +44,6 @@ pub struct Refined {
     pub slid_mm: f64,
     /// Connection of adjacent faces.
     pub borders: Borders,
-    /// False when the search for fewer patches ended at its work limit.
+    /// False when the search for fewer patches ended at its limit of work or time.
     pub saved_all: bool,
 }

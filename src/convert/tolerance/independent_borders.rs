@@ -107,9 +107,10 @@ fn scope_of_face<'a>(
         options,
         free_edges: face.free_edges.clone(),
         normals: whole.normals,
-        budget: Arc::new(Budget::of_single_face(faces)),
+        budget: Arc::new(Budget::of_single_face(faces).in_time_of(&whole.budget)),
         neighbours: None,
         evaluations: Arc::default(),
+        closest: Arc::default(),
         models: Arc::default(),
     })
 }

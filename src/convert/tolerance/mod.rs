@@ -11,13 +11,15 @@
 //! - [`independent_borders`], [`single_face`]: faces divided independently, with border gaps within the tolerance
 //! - [`uniform`]: comparison with uniform structured meshes
 //! - [`faults`]: violations of the goal, and the resulting errors
-//! - [`budget`]: work limit
+//! - [`closest`]: the model closest to the goal, where the goal is not reached
+//! - [`budget`]: work limit and time limit
 //!
 //! The tolerance also applies to free borders. The model is conforming unless requested otherwise. The reported error
 //! is that of the audit of the final model.
 
 pub mod balance;
 mod budget;
+mod closest;
 mod error;
 mod face_error;
 mod face_result;
@@ -38,6 +40,8 @@ mod vertex_directions;
 pub use error::ToleranceError;
 pub use goal::{Borders, Goal, Refined};
 
+use std::time::{Duration, Instant};
+
 use crate::audit::CadReference;
 use crate::cad::Model;
 use crate::mesh::mapped::MappedOptions;
@@ -49,29 +53,60 @@ use scope::Scope;
 use slide_estimate::Neighbours;
 use state::State;
 
+/// Time kept for the complete model and its audit, in times of the default model. The complete model has its vertices
+/// moved, which takes several audits. Doubled: less time for the search on large files.
+const RESERVED_MODELS: u32 = 4;
+
 /// Converts `model` to the model with the fewest patches found within `goal`. The search is made with and without nodes
 /// inside flats and triangles at poles, and compared with uniform meshes.
 ///
 /// # Errors
-/// [`ToleranceError::NotReached`] names the face that cannot be brought within the goal.
+/// [`ToleranceError::Above`] has the model with the smallest error found, where no model is within the goal;
+/// [`ToleranceError::NoPatches`] names a face that has no model at all.
 pub fn to_tolerance(
     model: &Model,
     mesh: &MappedOptions,
     options: &ConvertOptions,
     goal: &Goal,
 ) -> Result<Refined, ToleranceError> {
+    to_tolerance_in_time(model, mesh, options, goal, None)
+}
+
+/// As [`to_tolerance`], in about `time`. Models of uniform divisions are made first; the search ends in time for the audit
+/// of its result. A time that is too short gives the default model. The result depends on the speed of the machine.
+///
+/// # Errors
+/// As [`to_tolerance`].
+pub fn to_tolerance_in_time(
+    model: &Model,
+    mesh: &MappedOptions,
+    options: &ConvertOptions,
+    goal: &Goal,
+    time: Option<Duration>,
+) -> Result<Refined, ToleranceError> {
+    let start = Instant::now();
     check_goal(goal)?;
     let reference = CadReference::new(model);
     let neighbours = Neighbours::new(model);
     let slides = (goal.two_sided && neighbours.allow_slides()).then_some(&neighbours);
     let scope = Scope::new(model, &reference, mesh, options, slides, goal.normal_deg.is_finite())?;
-    let refined = refine_with_slides(&scope, goal);
+    if let Some(time) = time {
+        let limit = |reserve| scope.budget.limit_time(time.saturating_sub(reserve));
+        scope.keep_uniform_models(goal, || limit(start.elapsed() * RESERVED_MODELS));
+        limit(start.elapsed());
+    }
+    searched(&scope, goal).or_else(|why| scope.closest_or(why, goal))
+}
+
+/// The model with the fewest patches of all searches in a scope.
+fn searched(scope: &Scope<'_>, goal: &Goal) -> Result<Refined, ToleranceError> {
+    let refined = refine_with_slides(scope, goal);
     let budget = &scope.budget;
     let open = if refined.is_err() { !budget.is_exhausted() } else { budget.allows_saving() };
     let again = scope.plan.may_save() && open;
     let other = again.then(|| scope.with_interior_nodes()).transpose()?;
     let differs = |other: &Scope<'_>| {
-        refined.as_ref().map_or(true, |(_, state)| other.meshes_differently(&scope, state))
+        refined.as_ref().map_or(true, |(_, state)| other.meshes_differently(scope, state))
     };
     let other = other.filter(differs);
     let mut refined = refined.map(|found| found.0);
@@ -88,7 +123,7 @@ pub fn to_tolerance(
     match goal.borders {
         Borders::Conforming => conforming,
         Borders::Independent => {
-            let independent = with_independent_faces(&scope, |faces| faces.refined(goal));
+            let independent = with_independent_faces(scope, |faces| faces.refined(goal));
             fewer_patches(conforming, independent.and_then(|found| found))
         }
     }

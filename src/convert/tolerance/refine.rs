@@ -117,6 +117,7 @@ impl Scope<'_> {
                 return Ok(None);
             }
             if !search.is_within_goal(&next) {
+                self.keep_state(&next);
                 return Err(last.unwrap_or_else(|| self.error_context().search_failed(goal, &next)));
             }
             let complete = self.complete_model(&next, goal)?;
@@ -183,7 +184,7 @@ impl Scope<'_> {
     }
 
     /// The complete model of a state, with moved vertices if two-sided, and its violations of the goal.
-    fn complete_model(
+    pub(super) fn complete_model(
         &self,
         state: &State,
         goal: &Goal,
@@ -196,6 +197,9 @@ impl Scope<'_> {
         }
         self.budget.add_complete(mesh.elements.len() as u64);
         let (refined, faults) = self.model_of_mesh(&mesh, goal)?;
+        if !faults.is_empty() {
+            self.keep_candidate(&refined, goal);
+        }
         let made = Arc::new(CompleteModel { goal: *goal, mesh, refined, faults });
         if let Ok(mut all) = self.models.lock() {
             if all.len() == MODELS_KEPT_MAX {

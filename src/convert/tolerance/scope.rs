@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::budget::Budget;
+use super::closest::Closest;
 use super::faults::ErrorContext;
 use super::goal::Goal;
 use super::results::{Evaluations, Models};
@@ -40,6 +41,8 @@ pub(super) struct Scope<'a> {
     pub evaluations: Arc<Evaluations>,
     /// Complete models made.
     pub models: Arc<Models>,
+    /// The model closest to the goal.
+    pub closest: Arc<Closest>,
 }
 
 /// For each edge, true when exactly one face uses it and no other face contains it. Containment is tested at three
@@ -93,6 +96,7 @@ impl<'a> Scope<'a> {
             neighbours,
             evaluations: Arc::default(),
             models: Arc::default(),
+            closest: Arc::default(),
         })
     }
 
@@ -103,7 +107,8 @@ impl<'a> Scope<'a> {
         let plan = Plan::new(self.plan.model(), &mesh)?;
         let (free_edges, budget) = (self.free_edges.clone(), self.budget.clone());
         let (evaluations, models) = (self.evaluations.clone(), self.models.clone());
-        Ok(Self { plan, mesh, free_edges, budget, evaluations, models, ..*self })
+        let closest = self.closest.clone();
+        Ok(Self { plan, mesh, free_edges, budget, evaluations, models, closest, ..*self })
     }
 
     /// True when the meshes of a state in this scope and in `other` differ.

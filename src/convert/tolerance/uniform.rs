@@ -1,6 +1,6 @@
 //! Comparison with uniform structured meshes: a refined model never has more patches than the best of these.
 
-use super::faults::{faces_above_tolerance, folded_faces};
+use super::closest::{goal_ratio, is_valid};
 use super::goal::{Goal, Refined};
 use super::scope::Scope;
 use crate::convert::unfolded::mesh_and_convert;
@@ -123,6 +123,7 @@ impl Scope<'_> {
             return (f64::INFINITY, None);
         }
         let ratio = goal_ratio(&plain, goal);
+        self.keep_candidate(&plain, goal);
         let refined = match ratio {
             r if r <= 1.0 => Ok(plain),
             r if r <= BALANCE_RATIO_MAX && goal.two_sided => self.two_sided(plain, found, options),
@@ -132,14 +133,4 @@ impl Scope<'_> {
         let checked = refined.ok().filter(within).and_then(|r| self.with_full_audit(r).ok());
         (ratio, checked.filter(within))
     }
-}
-
-/// True when no patch is folded and every sample has a closest point.
-fn is_valid(found: &Refined) -> bool {
-    folded_faces(found).is_empty() && found.audit.points_lost == 0
-}
-
-/// Maximum ratio of error to tolerance over the faces above the tolerance; zero within the goal.
-fn goal_ratio(found: &Refined, goal: &Goal) -> f64 {
-    faces_above_tolerance(&found.audit, goal).iter().fold(0.0, |most, face| most.max(face.1))
 }

@@ -146,7 +146,16 @@ pub(super) fn oblique_rolling(plan: &Plan) -> Vec<Finding> {
     oblique_rolling.map(finding).collect()
 }
 
-/// Doubts about declared symmetry planes about which tools are not symmetric.
+/// The box of the sheet mirrored at a plane.
+fn mirrored(sheet: &Aabb, axis: usize, at: f64) -> Aabb {
+    let mut out = *sheet;
+    out.min[axis] = 2.0 * at - sheet.max[axis];
+    out.max[axis] = 2.0 * at - sheet.min[axis];
+    out
+}
+
+/// Doubts about declared symmetry planes about which tools are not symmetric: a part of the tool over the far side is not
+/// the image of a part over the sheet. A tool may end anywhere on the far side, as one of reachable faces does.
 pub(super) fn asymmetric_tools(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
     let sheet = Aabb::of_points(&setup.body.mesh().nodes);
     let size = sheet.diagonal();
@@ -154,19 +163,14 @@ pub(super) fn asymmetric_tools(plan: &Plan, setup: &SimulationSetup) -> Vec<Find
     for plane in &plan.scene.symmetry {
         let (axis, at) = (plane.normal.index(), plane.at_mm);
         let name = ["x", "y", "z"][axis];
-        let mut near = sheet;
-        for end in [sheet.min, sheet.max] {
-            let mut image = end;
-            image[axis] = 2.0 * at - end[axis];
-            near.grow(&image);
-        }
+        let far = mirrored(&sheet, axis, at);
         for tool in &setup.tools {
             let bounds = tool.surface.bounds();
             let beyond =
                 [at - (bounds.min + tool.offset)[axis], (bounds.max + tool.offset)[axis] - at];
             let whole = beyond.iter().all(|beyond| *beyond > 0.1 * size);
             if whole
-                && !is_tool_symmetric(tool, axis, at, DECLARED_PLANE_TOLERANCE_REL * size, &near)
+                && !is_tool_symmetric(tool, axis, at, DECLARED_PLANE_TOLERANCE_REL * size, &far)
             {
                 out.push(Finding::doubt(
                     DoubtCode::SymmetryWrong,
@@ -319,6 +323,34 @@ mod tests {
         assert!(!is_tool_symmetric(&tool(-3.0), 0, 0.9, 1e-6, &EVERYWHERE));
         assert!(is_tool_symmetric(&tool(-3.0), 1, 0.0, 1e-6, &EVERYWHERE));
         assert!(!is_tool_symmetric(&tool(-3.0), 1, 0.1, 1e-6, &EVERYWHERE));
+    }
+
+    /// A tool from -1 to 6 at the plane x = 0 of a sheet from 0 to 5: what is there of the far side is an image. One from
+    /// -6 with a step at -3 is not.
+    #[test]
+    fn a_tool_may_end_on_the_far_side_of_a_symmetry_plane() {
+        let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
+        let tool = |from: f64, more: Option<f64>| {
+            let mut model = plane("t", from * x - y, (6.0 - from) * x, 2.0 * y, z);
+            let step = |at: f64| plane("t", -6.0 * x - y + at * z, 3.0 * x, 2.0 * y, z);
+            model.patches.extend(more.into_iter().flat_map(|at| step(at).patches));
+            ToolSetup {
+                name: "t".into(),
+                surface: Arc::new(ToolSurface::new(model)),
+                offset: Vec3::zeros(),
+                direction: z,
+                placement: Placement::AsGiven,
+                friction: 0.0,
+                side: SheetSide::Bottom,
+                stop: None,
+            }
+        };
+        let sheet = Aabb { min: Vec3::new(0.0, -1.0, 0.0), max: Vec3::new(5.0, 1.0, 1.0) };
+        let far = mirrored(&sheet, 0, 0.0);
+        assert!(is_tool_symmetric(&tool(-1.0, None), 0, 0.0, 1e-6, &far));
+        assert!(!is_tool_symmetric(&tool(-1.0, None), 0, 0.0, 1e-6, &EVERYWHERE));
+        assert!(!is_tool_symmetric(&tool(-3.0, Some(0.5)), 0, 0.0, 1e-6, &far));
+        assert!(is_tool_symmetric(&tool(-3.0, Some(0.0)), 0, 0.0, 1e-6, &far));
     }
 
     /// The far wall of a whole punch is a symmetry face to the contact search; the punch is still symmetric.

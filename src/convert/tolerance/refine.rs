@@ -147,7 +147,8 @@ impl Scope<'_> {
         let is_foreign = |f: usize, ratio: f64| state.error_ratio(f) < OWN_ERROR_RATIO_MIN * ratio;
         let foreign = |f: usize| faults.on_cad.iter().find(|o| o.0 == f && is_foreign(f, o.1));
         let at_border = faults.exceeding.iter().filter_map(|e| foreign(e.0));
-        let places: Vec<(usize, Vec3)> = at_border.filter_map(|o| Some((o.0, o.2?))).collect();
+        let places: Vec<(usize, Vec3, f64)> =
+            at_border.filter_map(|o| Some((o.0, o.2?, o.1))).collect();
         let own = faults.exceeding.iter().filter(|e| foreign(e.0).is_none());
         let reduced = |&e| self.reduced_factor(&state, search.factors, e);
         let factors = own.map(reduced).collect();

@@ -42,6 +42,10 @@ const RAISES_AT_ONCE: usize = 16;
 /// Number of patches up to which a face is evaluated before others whose result may not be needed.
 const SMALL_FACE_PATCHES_MAX: usize = 32;
 
+/// Ratio of error to tolerance up to which the divisions at a place grow with it. Doubled: an error of 8 times the
+/// tolerance doubles the divisions in one round, more than a side that follows the CAD needs.
+const PLACE_RATIO_MAX: f64 = 4.0;
+
 /// A search with fixed tolerance factors.
 pub(super) struct Search<'a> {
     pub plan: &'a Plan<'a>,
@@ -251,18 +255,27 @@ impl Search<'_> {
     }
 
     /// Refines for errors that the evaluation of single faces does not show. Faces in `folded` get one more division on
-    /// all edges and inside; the edge closest to each of `places` (face, position) gets one more division.
-    pub fn refine_at(&self, state: &State, folded: &[usize], places: &[(usize, Vec3)]) -> State {
+    /// all edges and inside; the edge closest to each of `places` (face, position, ratio of error to tolerance) gets more
+    /// divisions. The error of a straight side decreases with the square of its divisions; half of that increase is made.
+    pub fn refine_at(
+        &self,
+        state: &State,
+        folded: &[usize],
+        places: &[(usize, Vec3, f64)],
+    ) -> State {
         let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
-        let mut more = |e: usize| {
+        let mut more = |e: usize, growth: f64| {
             let chain = self.plan.chains()[e];
             let n = state.divisions.counts[e];
-            minima[chain] = minima[chain].max(if n < DIVISIONS_MAX { n + 1 } else { n });
+            let raised = n + ((n as f64 * growth) as usize).max(1);
+            minima[chain] = minima[chain].max(raised.min(DIVISIONS_MAX.max(n)));
         };
-        let nearest = |(f, place): &(usize, Vec3)| self.nearest_edges(*f, place, 1);
-        places.iter().flat_map(nearest).for_each(&mut more);
+        for (f, place, ratio) in places {
+            let growth = (ratio.min(PLACE_RATIO_MAX).sqrt() - 1.0) / 2.0;
+            self.nearest_edges(*f, place, 1).into_iter().for_each(|e| more(e, growth));
+        }
         for &f in folded {
-            self.edges(f).for_each(&mut more);
+            self.edges(f).for_each(|e| more(e, 0.0));
             if self.divides_inside(state, f) && density[f] < DIVISIONS_MAX {
                 density[f] = self.denser(state, f).unwrap_or(density[f] + 1);
             }

@@ -23,7 +23,6 @@ pub mod model;
 mod native;
 mod numbers;
 mod offset;
-mod offset_fit;
 mod orient;
 #[cfg(test)]
 pub(crate) mod query_tests;

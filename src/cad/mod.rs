@@ -22,7 +22,7 @@ mod loops;
 pub mod model;
 mod native;
 mod numbers;
-mod offset;
+pub mod offset;
 mod orient;
 #[cfg(test)]
 pub(crate) mod query_tests;

@@ -7,6 +7,11 @@ pub(super) const PATCHES_BASE: usize = 8_192;
 /// See [`PATCHES_BASE`]. A bicubic patch takes more than 500 bytes of a file, and thus may yield more than 100 patches.
 pub(super) const BYTES_PER_PATCH: usize = 4;
 
+/// Patches of the offset of a face of a model for each span, in addition to [`PATCHES_PER_FACE`]. Fillets of 5 mm need 4
+/// a span at 1e-6 mm.
+const PATCHES_PER_SPAN: usize = 32;
+const PATCHES_PER_FACE: usize = 256;
+
 /// Refinement limit of a fitted offset surface.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::cad) struct Fineness {
@@ -32,6 +37,11 @@ pub(in crate::cad) fn shares<'a>(
     }
     let fraction = |(spans, _): (usize, usize)| spans * total / sum.max(1);
     needed.into_iter().map(|n| Fineness { max_patches: fraction(n), coarse: false }).collect()
+}
+
+/// Patch limits of the faces of a model with these numbers of spans.
+pub(super) fn shares_of_spans(spans: impl Iterator<Item = usize>) -> Vec<usize> {
+    spans.map(|n| PATCHES_PER_FACE + PATCHES_PER_SPAN * n).collect()
 }
 
 /// Spans of the spline below nested offsets, and the nesting depth; zero for other surfaces.

@@ -130,7 +130,7 @@ fn area_element(s: &Surface, d: f64, uv: Vec2) -> f64 {
 }
 
 /// Area of the offset over a rectangle, span by span, each in `parts` x `parts` pieces.
-fn area_by_definition(s: &Surface, d: f64, [u, v]: [[f64; 2]; 2], parts: usize) -> f64 {
+pub(super) fn area_by_definition(s: &Surface, d: f64, [u, v]: [[f64; 2]; 2], parts: usize) -> f64 {
     let pieces = |k: usize, [a, b]: [f64; 2]| {
         let mut ends: Vec<f64> =
             s.knots()[k].iter().copied().filter(|t| *t > a && *t < b).collect();
@@ -153,7 +153,7 @@ fn area_by_definition(s: &Surface, d: f64, [u, v]: [[f64; 2]; 2], parts: usize) 
 }
 
 /// A bicubic spline of `n[0]` x `n[1]` spans of 10 mm with waves of radii down to 14 mm.
-fn panel(n: [usize; 2]) -> Surface {
+pub(super) fn panel(n: [usize; 2]) -> Surface {
     let at = |i: usize, j: usize| {
         let (x, y) = (10.0 * i as f64, 10.0 * j as f64);
         Vec3::new(x, y, 6.0 * (x / 14.0).sin() * (y / 17.0).cos() - x * x / 2000.0)

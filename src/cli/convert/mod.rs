@@ -8,6 +8,7 @@ mod kinds;
 mod made;
 mod make;
 mod mesh_only;
+mod offset;
 mod options;
 mod print;
 mod provenance;

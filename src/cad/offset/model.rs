@@ -39,7 +39,7 @@ pub struct OffsetReport {
     pub distance_mm: f64,
     /// Faces whose surfaces are fitted; all others are exact.
     pub fitted: usize,
-    /// Accuracy of the fitted faces [mm].
+    /// Accuracy of the fitted faces [mm]; 0 without any.
     pub tolerance_mm: f64,
     /// Largest gap between faces at an edge. Faces that are tangent-continuous to within an angle `a` have the gap
     /// `|d| a`.
@@ -78,11 +78,11 @@ pub fn offset_model(
     if !found.places.is_empty() {
         return Err(OffsetError::Overlaps { distance, places: found.places });
     }
-    let (offset, gap) = moved(model, distance)?;
+    let Moved { model: offset, gap, fitted, tolerance_mm } = moved(model, distance)?;
     let report = OffsetReport {
         distance_mm: distance,
-        fitted: offset.faces.iter().filter(|f| f.analytic.is_none()).count(),
-        tolerance_mm: fit_tolerance(model),
+        fitted,
+        tolerance_mm,
         gap,
         radius_mm,
         radius_at,
@@ -99,16 +99,12 @@ pub fn offset_model(
 /// [`OffsetError::Distance`] and [`OffsetError::Face`].
 pub fn offset_model_again(model: &Model, distance: f64) -> Result<Model, OffsetError> {
     check_distance(distance)?;
-    Ok(moved(model, distance)?.0)
+    Ok(moved(model, distance)?.model)
 }
 
 fn check_distance(distance: f64) -> Result<(), OffsetError> {
     let is_length = distance.is_finite() && distance != 0.0;
     if is_length { Ok(()) } else { Err(OffsetError::Distance(distance)) }
-}
-
-fn fit_tolerance(model: &Model) -> f64 {
-    (FIT_PER_JOIN * model.join_tolerance).max(FIT_TOLERANCE_MIN)
 }
 
 /// Smallest radius of curvature [mm] on the side of the offset, and its place.
@@ -136,28 +132,40 @@ fn smallest_radius(model: &Model, distance: f64) -> Result<(f64, Vec3), OffsetEr
     Err(OffsetError::Folds { distance, places })
 }
 
-/// The moved faces with renewed edges, and the largest gap.
-fn moved(model: &Model, distance: f64) -> Result<(Model, OffsetGap), OffsetError> {
-    let tolerance = fit_tolerance(model);
+/// A moved model: see [`OffsetReport`].
+struct Moved {
+    model: Model,
+    gap: OffsetGap,
+    fitted: usize,
+    tolerance_mm: f64,
+}
+
+/// The moved faces with renewed edges.
+fn moved(model: &Model, distance: f64) -> Result<Moved, OffsetError> {
+    let tolerance = (FIT_PER_JOIN * model.join_tolerance).max(FIT_TOLERANCE_MIN);
+    let accuracy = (tolerance, tolerance.max(model.join_tolerance));
     let spans = |face: &Face| {
         let domain = face.surface.domain();
         [0, 1].map(|k| breaks_of(face.surface.knots()[k], domain[k]).len() - 1).iter().product()
     };
     let patches = shares_of_spans(model.faces.iter().map(spans));
-    let made: Vec<Result<Face, String>> = model
+    let made: Vec<Result<(Face, f64), String>> = model
         .faces
         .par_iter()
         .zip(patches)
-        .map(|(face, patches)| offset_face(face, distance, tolerance, patches))
+        .map(|(face, patches)| offset_face(face, distance, accuracy, patches))
         .collect();
-    let mut faces = Vec::with_capacity(made.len());
+    let (mut faces, mut fitted, mut tolerance_mm) = (Vec::with_capacity(made.len()), 0, 0.0_f64);
     for (f, face) in made.into_iter().enumerate() {
         let source_entity = model.faces[f].source.clone();
         let of_face = |reason| OffsetError::Face { face: f, source_entity, distance, reason };
-        faces.push(face.map_err(of_face)?);
+        let (face, accuracy) = face.map_err(of_face)?;
+        faces.push(face);
+        fitted += usize::from(accuracy > 0.0);
+        tolerance_mm = tolerance_mm.max(accuracy);
     }
     let mut offset = Model { faces, ..model.clone() };
     let gap = renew(&mut offset, model.join_tolerance);
     offset.join_tolerance = offset.join_tolerance.max(gap.distance);
-    Ok((offset, gap))
+    Ok(Moved { model: offset, gap, fitted, tolerance_mm })
 }

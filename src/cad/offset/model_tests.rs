@@ -278,6 +278,13 @@ fn distances_that_are_none_are_refused() {
         let error = offset_model(&model, bad, SMOOTH_DEG).unwrap_err();
         assert!(error.to_string().contains("allowed: a finite distance"), "{error}");
     }
+    // A flat spline is moved as it is.
+    let mut flat = model.clone();
+    flat.faces[0].analytic = None;
+    let made = offset_model(&flat, -0.4, SMOOTH_DEG).unwrap();
+    let points = made.model.faces[0].surface.points();
+    assert!(points.len() == 4 && points.iter().all(|p| p.z == -0.4), "{points:?}");
+    assert_eq!(made.report.fitted, 0);
     // Without an area, and with a normal only on one side of a fold.
     let flat = Surface::try_new(
         [1, 1],

@@ -30,7 +30,7 @@ const TILT_MAX_REL: f64 = 0.1;
 /// Searches for closest points, shared by the faces in proportion to the squares of their sizes, in addition to
 /// [`SEARCHES_PER_FACE`] for each; a search takes about 15 us.
 const SEARCHES: f64 = 1e6;
-const SEARCHES_PER_FACE: usize = 2_000;
+const SEARCHES_PER_FACE: usize = 10_000;
 /// Points of a face that are too close, after which its examination ends.
 const PLACES_PER_FACE_MAX: usize = 100;
 /// Bisections of a knot span at most.

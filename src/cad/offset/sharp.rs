@@ -113,6 +113,15 @@ fn inside_face(face: &Face, f: usize, distance: f64) -> Vec<SharpPlace> {
     found
 }
 
+/// Largest angle between the normals on both sides of a knot line within the loops of a face [rad]. Files have fillets
+/// whose patches are tangent to a hundredth of a degree.
+pub(super) fn largest_kink(face: &Face) -> f64 {
+    let region = TrimRegion::new(face);
+    let lines = crease_lines(face, &region).into_iter();
+    let places = lines.filter_map(|line| along_line(face, (0, &region), line, 1.0));
+    places.map(|p| p.angle_deg.to_radians()).fold(0.0, f64::max)
+}
+
 /// Knot lines within the region across which the surface need not be smooth.
 fn crease_lines(face: &Face, region: &TrimRegion) -> Vec<(usize, f64)> {
     let mut found = Vec::new();

@@ -10,6 +10,9 @@ use crate::cli::quantity::{length_mm, signed_length_mm};
 use crate::cli::terminal::{err, out};
 use crate::convert::offset::{OffsetRequest, SheetReference, signed_distance};
 
+/// Gap at an edge above which it is printed [mm]; smaller ones are rounding of the file.
+const GAP_SHOWN_MM: f64 = 1e-6;
+
 /// Offset of the CAD.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Offset tools")]
@@ -114,7 +117,7 @@ fn print(report: &OffsetReport, faces: usize) {
             p.z
         );
     }
-    if report.gap.distance > report.tolerance_mm {
+    if report.gap.distance > GAP_SHOWN_MM {
         let p = report.gap.at;
         out!(
             "  faces up to {:.1e} mm apart at their edges, at ({:.2}, {:.2}, {:.2}) mm",

@@ -4,6 +4,8 @@ use crate::cad::model::Face;
 use crate::cad::trim_region::TrimRegion;
 use crate::geometry::Vec2;
 
+/// Ratio of the sides of a cell above which only the longer one is divided.
+const ASPECT_MAX: f64 = 1.5;
 /// Points along each side of a cell.
 const CELL_POINTS: usize = 3;
 /// Distance of the points of a cell from its border, relative to its width: curvatures jump at knots.
@@ -14,7 +16,7 @@ const INSET_REL: f64 = 1e-9;
 pub(super) struct Cell {
     pub low: Vec2,
     pub high: Vec2,
-    /// Bisections of its knot span.
+    /// Bisections of its knot span, in both directions together.
     pub depth: u32,
 }
 
@@ -54,8 +56,21 @@ impl Cell {
             for (k, upper) in [i, j].into_iter().enumerate() {
                 if upper == 1 { low[k] = middle[k] } else { high[k] = middle[k] }
             }
-            Self { low, high, depth: self.depth + 1 }
+            Self { low, high, depth: self.depth + 2 }
         })
+    }
+
+    /// Its two or four parts, with sides of similar length if its own sides have these lengths.
+    pub(super) fn parts(&self, lengths: [f64; 2]) -> Vec<Self> {
+        let longer = usize::from(lengths[1] > lengths[0]);
+        if lengths[longer] <= ASPECT_MAX * lengths[1 - longer] {
+            return self.quarters().to_vec();
+        }
+        let mut halves = vec![Self { depth: self.depth + 1, ..*self }; 2];
+        let middle = self.middle()[longer];
+        halves[0].high[longer] = middle;
+        halves[1].low[longer] = middle;
+        halves
     }
 
     /// Its points, just inside.

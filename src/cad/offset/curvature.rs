@@ -10,8 +10,8 @@ use crate::cad::trim_region::TrimRegion;
 use crate::geometry::nurbs::SurfaceDerivs;
 use crate::geometry::{Vec2, Vec3};
 
-/// Bisections of a knot span at most. Doubled: no smaller factor on the fillets of the tests.
-const DEPTH_MAX: u32 = 10;
+/// Bisections of a knot span at most, in both directions together. Doubled: no smaller factor on the fillets of the tests.
+const DEPTH_MAX: u32 = 20;
 /// Cells of a face at most, in addition to four for each knot span.
 const CELLS_MAX: usize = 20_000;
 /// Variation of the factor within a cell below which it is not divided.

@@ -33,8 +33,8 @@ const SEARCHES: f64 = 1e6;
 const SEARCHES_PER_FACE: usize = 10_000;
 /// Points of a face that are too close, after which its examination ends.
 const PLACES_PER_FACE_MAX: usize = 100;
-/// Bisections of a knot span at most.
-const DEPTH_MAX: u32 = 14;
+/// Bisections of a knot span at most, in both directions together.
+const DEPTH_MAX: u32 = 28;
 /// Accuracy of closest points relative to the size of the model.
 const ACCURACY_REL: f64 = 1e-8;
 
@@ -113,7 +113,7 @@ impl Examination<'_> {
             match self.cell(face, &region, &cell) {
                 Judged::Clear => {}
                 Judged::Unanswered => complete = false,
-                Judged::Unknown => stack.extend(cell.quarters()),
+                Judged::Unknown => stack.extend(cell.parts(lengths(face, &cell))),
                 Judged::Close { at, other, distance } => {
                     found.push(OverlapPlace { at, faces: [f, other], distance });
                 }
@@ -163,6 +163,20 @@ impl Examination<'_> {
         let foot = self.search.closest_within(&centre, r - permitted)?;
         Ok(foot.map(|foot| (foot.face, foot.distance)))
     }
+}
+
+/// Lengths of the lines through the middle of a cell along u and v [mm].
+fn lengths(face: &Face, cell: &Cell) -> [f64; 2] {
+    let middle = cell.middle();
+    let centre = face.surface.point(middle);
+    [0, 1].map(|k| {
+        let end = |to: Vec2| {
+            let mut uv = middle;
+            uv[k] = to[k];
+            (face.surface.point(uv) - centre).norm()
+        };
+        end(cell.low) + end(cell.high)
+    })
 }
 
 /// Size of a cell [mm] and the largest angle between its normals and that in its middle [rad].

@@ -73,8 +73,9 @@ pub fn signed_distance(
     };
     let active = if flip { -turn } else { turn };
     let vertical = active * sum.z / area;
-    // Also for an area of zero.
-    if !(vertical.abs() >= VERTICAL_MIN) {
+    // False also for an area of zero.
+    let has_side = vertical.abs() >= VERTICAL_MIN;
+    if !has_side {
         return Err(NoSide { vertical });
     }
     let fraction = match (reference, vertical > 0.0) {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use super::offset::OffsetArgs;
+use super::offset_args::OffsetArgs;
 use crate::cli::exit::{EXIT_HELP, Failure};
 use crate::cli::mesh::MesherArgs;
 use crate::cli::quantity::{angle_deg, length_mm};

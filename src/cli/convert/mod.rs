@@ -9,6 +9,7 @@ mod made;
 mod make;
 mod mesh_only;
 mod offset;
+mod offset_args;
 mod options;
 mod print;
 mod provenance;

@@ -263,6 +263,8 @@ fn regions_that_cannot_be_used_are_errors_in_words() {
     assert!(code == 2 && errors.contains("crosses itself"), "{errors}");
     let (code, errors) = asked("500,0 510,0 510,10");
     assert!(code == 2 && errors.contains("no face is inside the curve"), "{errors}");
-    let (code, errors) = asked(&fixture("bodies/press.stp"));
+    let (code, errors) = asked(&fixture("forming/cone_AP214.stp"));
     assert!(code == 2 && errors.contains("0 curves"), "{errors}");
+    let (code, errors) = asked(&fixture("bodies/press.stp"));
+    assert!(code == 2 && errors.contains("an assembly, whose placements"), "{errors}");
 }

@@ -34,6 +34,11 @@ impl Analytic {
         closed.then(|| Self { surface: surface.clone(), angles })
     }
 
+    /// The plane, quadric or torus.
+    pub(super) fn surface(&self) -> &RawSurface {
+        &self.surface
+    }
+
     /// Local minima of the distance over the unbounded surface that lie within the angular ranges and within the
     /// squared distance `limit` [mm^2]. Any other local minimum of a face lies on its boundary.
     pub(super) fn feet(&self, p: &Vec3, limit: f64) -> [Option<Foot>; 2] {

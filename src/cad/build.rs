@@ -15,7 +15,7 @@ use super::loops::{
 use super::model::{EdgeUse, Face, Model, TrimLoop};
 use super::native::{Native, kind_of};
 use super::numbers::usable_bounds;
-use super::offset::{Fineness, deviation, offset, shares};
+use super::offset::{Fineness, Restricted, deviation, offset, restricted, shares};
 use super::range::{ParameterMap, range_of};
 use super::raw::{LostFace, RawFace, RawLoop, RawModel, RawSurface};
 use super::sheets::{self, Sheet};
@@ -67,13 +67,17 @@ pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Ve
         ..Model::default()
     };
     let mut pieces = Vec::new();
-    let one = |((face, bounds), fineness): ((&RawFace, &Aabb), Fineness)| {
+    let parts: Vec<Option<Restricted>> =
+        raw.faces.par_iter().map(|f| restricted(f, tolerance)).collect();
+    let needed =
+        raw.faces.iter().zip(&parts).map(|(f, p)| p.as_ref().map_or(&f.surface, |p| &p.surface));
+    let offsets: Vec<_> = shares(needed, raw.bytes).into_iter().zip(&parts).collect();
+    let one = |((face, bounds), offset): ((&RawFace, &Aabb), _)| {
         let mut messages = Vec::new();
         let parts =
-            build_face(face, bounds.diagonal(), (tolerance, creases), fineness, &mut messages);
+            build_face(face, bounds.diagonal(), (tolerance, creases), offset, &mut messages);
         (parts, messages)
     };
-    let offsets = shares(&raw.faces, raw.bytes);
     let built: Vec<_> = raw.faces.par_iter().zip(&boxes).zip(offsets).map(one).collect();
     for (face, (outcome, messages)) in raw.faces.iter().zip(built) {
         diagnostics.extend(messages);
@@ -110,15 +114,28 @@ fn drop_unusable(raw: &mut RawModel, diagnostics: &mut Vec<Diagnostic>) -> Vec<A
     boxes
 }
 
-/// Builds the parts of a face of `size` [mm]; sides are joined later within `tolerance` [mm].
+/// Builds the parts of a face of `size` [mm]; sides are joined later within `tolerance` [mm]. An offset surface is built
+/// on the restricted spline if the loops stay within it.
 fn build_face(
     face: &RawFace,
     size: f64,
     (tolerance, creases): (f64, Creases),
-    fineness: Fineness,
+    (fineness, restricted): (Fineness, &Option<Restricted>),
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<Vec<FaceWithSides>, String> {
-    let whole = whole_face(face, size, tolerance, fineness, diagnostics)?;
+    let on_part = restricted.as_ref().and_then(|part| {
+        let mut messages = Vec::new();
+        let raw = RawFace { surface: part.surface.clone(), ..face.clone() };
+        let whole = whole_face(&raw, size, tolerance, fineness, &mut messages).ok()?;
+        part.holds(whole.part.loops.iter().flatten()).then_some((whole, messages))
+    });
+    let whole = match on_part {
+        Some((whole, messages)) => {
+            diagnostics.extend(messages);
+            whole
+        }
+        None => whole_face(face, size, tolerance, fineness, diagnostics)?,
+    };
     let coarse = whole.coarse;
     let parts = parts_of(face, whole, creases, tolerance, diagnostics);
     if coarse { checked_offset(face, parts, tolerance) } else { Ok(parts) }

@@ -22,8 +22,7 @@ mod loops;
 pub mod model;
 mod native;
 mod numbers;
-mod offset;
-mod offset_fit;
+pub mod offset;
 mod orient;
 #[cfg(test)]
 pub(crate) mod query_tests;

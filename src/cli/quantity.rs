@@ -5,6 +5,17 @@ pub(super) fn length_mm(text: &str) -> Result<f64, String> {
     positive(text, &[("mm", 1.0), ("um", 1e-3), ("cm", 10.0), ("in", 25.4), ("m", 1000.0)])
 }
 
+/// Parses a length other than zero, which may be negative [mm]; without unit in mm.
+pub(super) fn signed_length_mm(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let (sign, size) = match text.strip_prefix('-') {
+        Some(size) => (-1.0, size),
+        None => (1.0, text.strip_prefix('+').unwrap_or(text)),
+    };
+    let size = length_mm(size).map_err(|e| e.replace("above zero", "other than zero"))?;
+    Ok(sign * size)
+}
+
 /// Parses an angle [degrees]; without unit in degrees.
 pub(super) fn angle_deg(text: &str) -> Result<f64, String> {
     positive(text, &[("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)])
@@ -40,6 +51,11 @@ mod tests {
         assert_eq!(length_mm("1.5m"), Ok(1500.0));
         assert_eq!(angle_deg("0.5deg"), Ok(0.5));
         assert_eq!((time_s("2"), time_s("10 s"), time_s("1.5min")), (Ok(2.0), Ok(10.0), Ok(90.0)));
+        assert_eq!(signed_length_mm("-0.8mm"), Ok(-0.8));
+        assert_eq!(signed_length_mm("+0.1in"), Ok(2.54));
+        for bad in ["", "-", "0", "-0mm", "--1", "-nan"] {
+            assert!(signed_length_mm(bad).unwrap_err().contains("other than zero"), "{bad}");
+        }
         for bad in ["", "mm", "0", "-1mm", "1ft", "nan", "inf"] {
             assert!(length_mm(bad).unwrap_err().contains("above zero"), "{bad}");
         }

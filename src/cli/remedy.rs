@@ -5,6 +5,7 @@ use std::error::Error;
 use std::path::Path;
 
 use crate::audit::AuditError;
+use crate::cad::offset::OffsetError;
 use crate::convert::ConvertError;
 use crate::convert::bezier::BezierError;
 use crate::convert::reach::ReachError;
@@ -39,7 +40,9 @@ fn of_one(error: &(dyn Error + 'static)) -> Option<String> {
         let of_reach = || error.downcast_ref().and_then(of_reach);
         let of_convert = || error.downcast_ref().and_then(of_convert);
         let of_select = || error.downcast_ref().map(of_select);
+        let of_offset = || error.downcast_ref().and_then(of_offset);
         of_select()
+            .or_else(of_offset)
             .or_else(of_mesh)
             .or_else(of_convert)
             .or_else(of_tolerance)
@@ -70,6 +73,19 @@ fn of_one(error: &(dyn Error + 'static)) -> Option<String> {
 
 fn of_select(_: &SelectError) -> String {
     "`kanagata inspect FILE --tree` lists bodies, layers and colours with the numbers of their faces".into()
+}
+
+fn of_offset(error: &OffsetError) -> Option<String> {
+    let try_this = match error {
+        OffsetError::Sharp { .. } => {
+            "--faces, --facing or --within choose faces between the sharp edges; --smooth-deg allows a larger angle"
+        }
+        OffsetError::Folds { .. } | OffsetError::Overlaps { .. } => {
+            "a smaller --offset, or --faces, --facing or --within for faces without these places"
+        }
+        _ => return None,
+    };
+    Some(try_this.into())
 }
 
 fn of_mesh(error: &MeshError) -> Option<String> {

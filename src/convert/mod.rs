@@ -8,6 +8,7 @@ mod conversion;
 mod edges;
 mod error;
 mod normals;
+pub mod offset;
 mod options;
 pub mod own;
 pub mod part;

@@ -99,6 +99,9 @@ pub struct Provenance {
     /// Choice of faces of the CAD file from which the tool was made; absent: all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub selection: Option<FaceSelection>,
+    /// Distance of the tool's surface from the CAD along its outward normals [mm]; absent: the CAD's own surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub offset_mm: Option<f64>,
     /// Faces of the CAD file that the tool lacks: entities that could not be read, or not be meshed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faces_lost: Vec<String>,

@@ -80,7 +80,8 @@ impl<'m> ClosestPoint<'m> {
             boxes.extend(own_boxes);
             regions.push(region);
         }
-        let edges = model.edges.iter().enumerate();
+        // Edges of faces that are not in the model have no uses.
+        let edges = model.edges.iter().enumerate().filter(|(_, e)| !e.uses.is_empty());
         let spans: Vec<Span> = edges.flat_map(|(k, e)| spans_of(k as u32, &e.curve)).collect();
         let span_boxes: Vec<Aabb> = spans.iter().map(Span::bounds).collect();
         boxes.extend_from_slice(&span_boxes);

@@ -77,3 +77,23 @@ fn a_search_that_is_not_done_has_no_answer() {
     assert_eq!(with(VISITS_MAX), Ok(index.closest(&p)));
     assert!(index.closest(&p).is_some());
 }
+
+/// The edges of faces that are not in the model have no uses: they are no border of it.
+#[test]
+fn edges_without_faces_hide_no_border() {
+    let mut model = model("cross_die_144.igs");
+    let far: Vec<Vec3> = samples(&model, 3).into_iter().map(|s| s.2).collect();
+    model.faces.truncate(1);
+    model.edges.iter_mut().for_each(|e| e.uses.retain(|u| u[0] == 0));
+    assert!(model.edges.iter().any(|e| e.uses.is_empty()));
+    let search = ClosestPoint::new(&model);
+    for p in far {
+        let (any, own) = (search.closest(&p).unwrap(), search.closest_on_face(0, &p).unwrap());
+        assert!(
+            (any.distance - own.distance).abs() < 1e-9,
+            "{p} {} {}",
+            any.distance,
+            own.distance
+        );
+    }
+}

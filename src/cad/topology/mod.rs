@@ -258,7 +258,7 @@ fn first_within(
 }
 
 /// Space curve of a side: exact for isoparametric lines, otherwise fitted to a fraction of the tolerance.
-fn space_curve(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> Curve3 {
+pub(super) fn space_curve(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> Curve3 {
     if let Some(line) = surface.isoparametric_curve(pcurve) {
         return line;
     }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
+use super::offset_args::OffsetArgs;
 use crate::cli::exit::{EXIT_HELP, Failure};
 use crate::cli::mesh::MesherArgs;
 use crate::cli::quantity::{angle_deg, length_mm, time_s};
@@ -19,6 +20,7 @@ use crate::geometry::Vec3;
     kanagata convert die.igs -o die.tool.json --mesh die.msh\n  \
     kanagata convert die.stl -o die.tool.json --sheet-side +z\n  \
     kanagata convert die.stp -o die.tool.json --tol 0.01mm --reach cup.scene.json\n  \
+    kanagata convert die.igs -o punch.tool.json --offset 0.8mm --flip --tol 0.01mm\n  \
     kanagata convert die.tool.json -o bezier.tool.json --to bezier\n\n{EXIT_HELP}"))]
 pub struct ConvertArgs {
     /// IGES or STEP file, or a mesh without CAD (.msh, .stl, .obj, .vtu, ...) with its own or estimated normals; with
@@ -92,6 +94,8 @@ pub struct HowArgs {
     /// scene
     #[arg(long, value_name = "SCENE")]
     pub(super) reach: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) offset: OffsetArgs,
     #[command(flatten)]
     pub(super) select: SelectArgs,
     #[command(flatten)]

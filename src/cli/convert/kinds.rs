@@ -24,6 +24,7 @@ pub(super) fn bezier(
     model: &Model,
     reached: Option<&Reached>,
     numbers: Option<&[usize]>,
+    offset_mm: Option<f64>,
 ) -> Result<Within, Failure> {
     const TOLERANCE: f64 = 1e-4;
     let tolerance_mm = args.how.tol.unwrap_or(TOLERANCE);
@@ -36,7 +37,8 @@ pub(super) fn bezier(
     let lists = [part.as_ref().map(|p| &p.kept[..]), reached.map(|r| &r.kept[..]), numbers];
     lists.into_iter().flatten().for_each(|kept| renumber(&mut within.tool, kept));
     let lost = part.as_ref().map_or(&model.lost, |p| &p.model.lost);
-    let mut provenance = provenance(args, (model, lost), Some(within.report.error_mm), reached)?;
+    let error_mm = Some(within.report.error_mm);
+    let mut provenance = provenance(args, (model, lost), error_mm, reached, offset_mm)?;
     if args.mesh.is_none() {
         let first = args.how.mesher.describe();
         let last = mesher.with_divisions(within.divisions).describe();
@@ -114,6 +116,11 @@ fn made_within(
 
 /// Converts a tool file to another kind.
 pub(super) fn exchange(args: &ConvertArgs, to: To) -> Result<Exit, Failure> {
+    if args.how.offset.is_given() {
+        return Err(Failure::input(
+            "--offset or --reference with --to; allowed: with an IGES or STEP file; convert the CAD of the tool with the offset first",
+        ));
+    }
     let loaded = crate::tool::file::read(&args.file)?;
     let mut tool = match to {
         To::Bezier => to_bezier(&loaded.model),

@@ -8,6 +8,7 @@ use super::converted::{Converted, Fit};
 use super::folds::refuse_folds;
 use super::kinds::bezier;
 use super::made::Made;
+use super::offset::offset_of;
 use super::options::{options, stem};
 use super::provenance::provenance;
 use crate::cad::Model;
@@ -28,19 +29,27 @@ pub(super) fn make_tool(args: &ConvertArgs, whole: &Model) -> Result<Made, Failu
     let whole_file = args.mesh.as_ref().map(|_| "--mesh");
     let whole_file = whole_file.or((!args.how.mesher.is_built_in()).then_some("--mesher gmsh"));
     args.how.select.refuse_with(whole_file)?;
+    args.how.offset.refuse_with(whole_file)?;
     let chosen = args.how.select.choose(&args.file, whole)?;
     let whole = chosen.as_ref().map_or(whole, |c| &c.model);
     let numbers = chosen.as_ref().map(|c| &c.kept[..]);
-    let made = tool_of(args, whole, numbers);
+    let moved = offset_of(args, whole, numbers)?;
+    let whole = moved.as_ref().map_or(whole, |m| &m.model);
+    let made = tool_of(args, whole, numbers, moved.as_ref().map(|m| m.report.distance_mm));
     made.map_err(|failure| renumbered(failure, |f| numbers.map_or(f, |numbers| numbers[f])))
 }
 
-/// Makes the tool of a model; `numbers` are those of its faces in the file.
-fn tool_of(args: &ConvertArgs, whole: &Model, numbers: Option<&[usize]>) -> Result<Made, Failure> {
+/// Makes the tool of a model; `numbers` are those of its faces in the file, which is offset by `offset_mm`.
+fn tool_of(
+    args: &ConvertArgs,
+    whole: &Model,
+    numbers: Option<&[usize]>,
+    offset_mm: Option<f64>,
+) -> Result<Made, Failure> {
     let reached = args.how.reach.as_deref().map(|scene| reach(args, scene, whole)).transpose()?;
     let model = reached.as_ref().map_or(whole, |r| &r.model);
     if args.how.kind == Kind::Bezier {
-        let within = Box::new(bezier(args, model, reached.as_ref(), numbers)?);
+        let within = Box::new(bezier(args, model, reached.as_ref(), numbers, offset_mm)?);
         return Ok(Made::Bezier { within, reached });
     }
     let options = options(args, reached.as_ref());
@@ -61,7 +70,7 @@ fn tool_of(args: &ConvertArgs, whole: &Model, numbers: Option<&[usize]>) -> Resu
     refuse_folds(args, &made)?;
     let error_mm = made.refined.as_ref().map(|r| r.audit.worst_mm());
     let lost = part.as_ref().map_or(&whole.lost, |p| &p.model.lost);
-    let provenance = provenance(args, (whole, lost), error_mm, reached.as_ref())?;
+    let provenance = provenance(args, (whole, lost), error_mm, reached.as_ref(), offset_mm)?;
     ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
     Ok(Made::Patches { made: Box::new(made), reached })
 }

@@ -50,6 +50,8 @@ fn check(args: &ConvertArgs) -> Result<(), Failure> {
         "--reach"
     } else if args.how.select.is_given() {
         "a choice of faces"
+    } else if args.how.offset.is_given() {
+        "--offset or --reference"
     } else if args.how.kind == Kind::Bezier {
         "--kind bezier"
     } else if args.how.edge == Some(Edge::Cad) {
@@ -80,6 +82,7 @@ fn provenance(args: &ConvertArgs, source: &NormalSource) -> Result<Provenance, F
         cad_unit: "mm".into(),
         mesher: format!("mesh file without CAD, normals {normals}"),
         selection: None,
+        offset_mm: None,
         faces_lost: Vec::new(),
         program: concat!("kanagata ", env!("CARGO_PKG_VERSION")).into(),
         shape_error_mm: None,

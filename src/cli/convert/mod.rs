@@ -8,6 +8,8 @@ mod kinds;
 mod made;
 mod make;
 mod mesh_only;
+mod offset;
+mod offset_args;
 mod options;
 mod print;
 mod provenance;

@@ -10,12 +10,13 @@ use crate::convert::reach::Reached;
 use crate::files::sha256_hex;
 use crate::tool::file::Provenance;
 
-/// The provenance of a tool made from `model`, which lacks the faces `lost`.
+/// The provenance of a tool made from `model`, which lacks the faces `lost` and is the CAD or its offset by `offset_mm`.
 pub(super) fn provenance(
     args: &ConvertArgs,
     (model, lost): (&Model, &[LostFace]),
     shape_error_mm: Option<f64>,
     reached: Option<&Reached>,
+    offset_mm: Option<f64>,
 ) -> Result<Provenance, Failure> {
     let bytes = crate::files::read(&args.file, crate::files::Input::Cad)
         .map_err(|e| Failure::new(Exit::Io, format!("cannot read {}: {e}", args.file.display())))?;
@@ -36,6 +37,7 @@ pub(super) fn provenance(
             None => args.how.mesher.describe(),
         } + &within,
         selection: args.how.select.selection()?,
+        offset_mm,
         faces_lost: lost.iter().map(|f| f.source.clone()).collect(),
         program: concat!("kanagata ", env!("CARGO_PKG_VERSION")).into(),
         shape_error_mm,

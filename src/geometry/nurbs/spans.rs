@@ -3,7 +3,6 @@
 
 use nalgebra::Vector4;
 
-use super::basis::LARGE;
 use super::bezier::BezierPiece;
 use super::curve::Curve3;
 use super::projector::{CurveProjector, SurfaceProjector};
@@ -40,21 +39,23 @@ fn extractions(degree: usize, knots: &[f64]) -> Vec<Extraction> {
 /// Bezier point i of span k is the blossom with `degree - i` arguments at the start of the span and i at its end.
 fn extraction_rows(degree: usize, knots: &[f64], k: usize) -> Vec<f64> {
     let size = degree + 1;
-    let mut rows = vec![0.0; size * size];
+    let mut rows = Vec::with_capacity(size * size);
+    // Row j: coefficients of the control points in point j of the de Boor scheme.
+    let mut scheme = vec![0.0; size * size];
     for i in 0..size {
-        for column in 0..size {
-            let mut d = [0.0; LARGE];
-            d[column] = 1.0;
-            for r in 0..degree {
-                let t = if r < degree - i { knots[k] } else { knots[k + 1] };
-                for j in (r + 1..=degree).rev() {
-                    let (left, right) = (knots[j + k - degree], knots[j + k - r]);
-                    let a = (t - left) / (right - left);
-                    d[j] = d[j - 1] * (1.0 - a) + d[j] * a;
-                }
+        scheme.fill(0.0);
+        (0..size).for_each(|j| scheme[j * size + j] = 1.0);
+        for r in 0..degree {
+            let t = if r < degree - i { knots[k] } else { knots[k + 1] };
+            for j in (r + 1..=degree).rev() {
+                let (left, right) = (knots[j + k - degree], knots[j + k - r]);
+                let a = (t - left) / (right - left);
+                let (before, own) = scheme.split_at_mut(j * size);
+                let before = &before[(j - 1) * size..];
+                own[..size].iter_mut().zip(before).for_each(|(d, b)| *d = b * (1.0 - a) + *d * a);
             }
-            rows[i * size + column] = d[degree];
         }
+        rows.extend_from_slice(&scheme[degree * size..]);
     }
     rows
 }

@@ -1,13 +1,16 @@
 //! Spline approximation of an offset surface: adaptive bisection and interpolation.
 
-use crate::geometry::Vec3;
+use super::budget::{BYTES_PER_PATCH, Fineness, PATCHES_BASE, breaks_of};
 use crate::geometry::nurbs::{Curve3, Surface};
+use crate::geometry::{Vec2, Vec3};
 
 /// Degree of fitted patches in each direction.
-pub(super) const DEGREE: usize = 5;
+const DEGREE: usize = 5;
+/// Maximum bisection depth of a fitted patch.
+const BISECTION_DEPTH_MAX: u32 = 7;
 
 /// Midpoints of the strips of direction `k` in which lines along that direction exceed the tolerance.
-pub(super) fn cells_to_halve(
+fn cells_to_halve(
     at: &dyn Fn(f64, f64) -> Vec3,
     breaks: &[Vec<f64>; 2],
     k: usize,
@@ -30,7 +33,7 @@ pub(super) fn cells_to_halve(
 }
 
 /// The spline that interpolates the surface at its nodes in each cell.
-pub(super) fn through_points(
+fn through_points(
     at: &dyn Fn(f64, f64) -> Vec3,
     breaks: &[Vec<f64>; 2],
 ) -> Result<Surface, String> {
@@ -72,4 +75,52 @@ fn controls(at: &dyn Fn(f64) -> Vec3, breaks: &[f64]) -> Vec<Vec3> {
         out.extend(piece.points().iter().skip(usize::from(i > 0)));
     }
     out
+}
+
+/// Offset of a spline surface: biquintic patches over its spans, bisected until the tolerance is met.
+pub(super) fn offset_spline(
+    base: &Surface,
+    distance: f64,
+    tolerance: f64,
+    fineness: &mut Fineness,
+) -> Result<Surface, String> {
+    let at = |u: f64, v: f64| {
+        let uv = Vec2::new(u, v);
+        base.point(uv) + base.normal(uv).unwrap_or_else(Vec3::zeros) * distance
+    };
+    let mut breaks = spans_to_fit(base, fineness.max_patches)?;
+    for _ in 0..BISECTION_DEPTH_MAX {
+        let split = [0, 1].map(|k| cells_to_halve(&at, &breaks, k, tolerance));
+        if split.iter().all(Vec::is_empty) {
+            break;
+        }
+        let [u, v] = [0, 1].map(|k| breaks[k].len() - 1 + split[k].len());
+        if u * v > fineness.max_patches {
+            fineness.coarse = true;
+            break;
+        }
+        for (list, more) in breaks.iter_mut().zip(split) {
+            list.extend(more);
+            list.sort_by(f64::total_cmp);
+        }
+    }
+    through_points(&at, &breaks)
+}
+
+/// Span boundaries of a spline surface to be offset, at most `limit` spans.
+fn spans_to_fit(base: &Surface, limit: usize) -> Result<[Vec<f64>; 2], String> {
+    let domain = base.domain();
+    let breaks = [0, 1].map(|k| breaks_of(base.knots()[k], domain[k]));
+    let middle = |r: [f64; 2]| 0.5 * (r[0] + r[1]);
+    if base.normal(Vec2::new(middle(domain[0]), middle(domain[1]))).is_none() {
+        return Err("an offset of a surface that has no normal".into());
+    }
+    let spans = (breaks[0].len() - 1) * (breaks[1].len() - 1);
+    if spans > limit {
+        return Err(format!(
+            "an offset of a surface of {spans} spans; allowed: {limit} here (all offsets of a file together: {PATCHES_BASE}, \
+             and one for every {BYTES_PER_PATCH} bytes)"
+        ));
+    }
+    Ok(breaks)
 }

@@ -3,7 +3,7 @@
 //! Every complete model without folds that a search makes is a candidate. A search that ends above the tolerance gives
 //! one more, that of its last state. Models of uniform divisions, in which folds are repaired, are the last.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use super::error::ToleranceError;
 use super::faults::{faces_above_tolerance, folded_faces};
@@ -21,18 +21,6 @@ const UNIFORM_WORK_MAX: usize = 20_000;
 const PATCH_ORDER: f64 = 3.0;
 /// Smallest and largest growth of the divisions from one uniform model to the next.
 const DIVISIONS_GROWTH: [f64; 2] = [1.2, 2.5];
-
-/// Candidates of the searches in one model, each with its ratio of error to tolerance.
-#[derive(Default)]
-pub(super) struct Candidates {
-    /// Complete model with the smallest ratio.
-    model: Option<(f64, Arc<Refined>)>,
-    /// State with the smallest ratio, and whether its mesh has the nodes that the coarsest meshes leave out.
-    state: Option<(f64, State, bool)>,
-}
-
-/// Candidates, shared by the scopes of one model.
-pub(super) type Closest = Mutex<Candidates>;
 
 /// Maximum ratio of error to tolerance over the faces above the tolerance; zero within the goal.
 pub(super) fn goal_ratio(found: &Refined, goal: &Goal) -> f64 {

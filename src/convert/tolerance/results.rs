@@ -1,4 +1,5 @@
-//! Results that the searches in one model share: of single faces, and of complete models.
+//! Results that the searches in one model share: of single faces, of complete models, and the candidates for a goal
+//! that is not reached.
 
 use std::sync::{Arc, Mutex};
 
@@ -7,6 +8,7 @@ use rustc_hash::FxHashMap;
 use super::face_result::FaceResult;
 use super::faults::Faults;
 use super::goal::{Goal, Refined};
+use super::state::State;
 use crate::mesh::SurfaceMesh;
 
 /// Key of a result: face, divisions of its edges in loop order, density, mapped, and whether the mesh has interior nodes
@@ -42,3 +44,15 @@ pub(super) struct CompleteModel {
 
 /// Complete models made by the searches in one model.
 pub(super) type Models = Mutex<Vec<Arc<CompleteModel>>>;
+
+/// Candidates of the searches in one model, each with its ratio of error to tolerance.
+#[derive(Default)]
+pub(super) struct Candidates {
+    /// Complete model with the smallest ratio.
+    pub model: Option<(f64, Arc<Refined>)>,
+    /// State with the smallest ratio, and whether its mesh has the nodes that the coarsest meshes leave out.
+    pub state: Option<(f64, State, bool)>,
+}
+
+/// Candidates, shared by the scopes of one model.
+pub(super) type Closest = Mutex<Candidates>;

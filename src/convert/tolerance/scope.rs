@@ -4,10 +4,9 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::budget::Budget;
-use super::closest::Closest;
 use super::faults::ErrorContext;
 use super::goal::Goal;
-use super::results::{Evaluations, Models};
+use super::results::{Closest, Evaluations, Models};
 use super::slide_estimate::Neighbours;
 use super::state::State;
 use crate::audit::local::LocalReference;

@@ -50,6 +50,15 @@ fn an_empty_file_is_no_cad() {
 }
 
 #[test]
+fn a_compressed_file_is_named_as_such() {
+    for bytes in [&b"\x1f\x8b\x08\x00\x00\x00"[..], &b"PK\x03\x04\x14\x00"[..]] {
+        let (_folder, path) = folder_with("die.stp", bytes);
+        let outcome = run("kanagata", &["inspect", &path], |_| {});
+        expect(&outcome, 2, &["die.stp", "a compressed file (gzip or zip)"]);
+    }
+}
+
+#[test]
 fn a_file_that_is_not_there_is_an_io_error() {
     let outcome = run("kanagata", &["inspect", "no-such-file.igs"], |_| {});
     expect(&outcome, 4, &["no-such-file.igs"]);

@@ -74,6 +74,11 @@ pub fn read_curves(path: &Path) -> Result<Vec<crate::geometry::nurbs::Curve3>, C
     if is_step { step::read_curves(&bytes, &name) } else { iges::read_curves(&bytes, &name) }
 }
 
+/// First bytes of compressed files.
+const GZIP_START: [u8; 2] = [0x1f, 0x8b];
+/// See [`GZIP_START`].
+const ZIP_START: &[u8] = b"PK\x03\x04";
+
 /// Identifies IGES or STEP by content and parses the bytes.
 ///
 /// # Errors
@@ -93,6 +98,8 @@ pub fn read_raw(bytes: &[u8], name: &str) -> Result<raw::RawModel, CadError> {
     } else {
         let found = if bytes.is_empty() {
             "an empty file".to_owned()
+        } else if head.starts_with(&GZIP_START) || head.starts_with(ZIP_START) {
+            "a compressed file (gzip or zip), to be unpacked first".to_owned()
         } else if head.iter().all(text) {
             let first: String = String::from_utf8_lossy(head).chars().take(40).collect();
             format!("text that begins with {first:?}")

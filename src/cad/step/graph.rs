@@ -5,12 +5,15 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::entity::{Entity, Outcome};
 use super::items::{ItemFaces, ItemKind, item_kind};
 use super::names;
+use super::relations::{
+    Held, inward, map_between, outward, shapes_of_products, sides, uses_of_relations,
+};
 use super::resolver::{Resolver, Units};
 use super::units::Context;
 use crate::cad::Severity;
 use crate::cad::attributes::{Name, Style};
+use crate::geometry::Affine;
 use crate::geometry::sets::DisjointSets;
-use crate::geometry::{Affine, Frame, Mat3};
 
 /// A representation and its resolved items.
 pub struct Sheet<'t> {
@@ -128,19 +131,21 @@ fn tally<'t>(count: &mut (usize, Option<Entity<'t>>), item: Entity<'t>) {
     count.1 = count.1.or(Some(item));
 }
 
-/// Shape representations, and all representations named by a shape definition.
+/// Shape representations, and all representations named by a shape definition. Saved views (draughting models) show shapes
+/// and are none, also where an entity is both.
 pub fn representations<'t>(resolver: &Resolver<'t>) -> Vec<Entity<'t>> {
     let defined: FxHashSet<u32> = resolver
         .entities()
         .filter(|e| e.kind() == "SHAPE_DEFINITION_REPRESENTATION")
         .filter_map(|e| e.attributes().entity(1).ok().map(|r| r.index))
         .collect();
-    let is = |e: &Entity| {
+    let is_shape = |e: &Entity| {
         e.parts().iter().any(|p| {
             p.keyword.ends_with("SHAPE_REPRESENTATION")
                 && p.keyword != "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"
-        }) || defined.contains(&e.index)
+        })
     };
+    let is = |e: &Entity| (is_shape(e) && !e.has("DRAUGHTING_MODEL")) || defined.contains(&e.index);
     resolver.entities().filter(is).collect()
 }
 
@@ -256,11 +261,12 @@ fn mapped_items(resolver: &Resolver, graph: &mut Graph, mapped: &[(usize, Entity
 fn occurrences(resolver: &Resolver, graph: &mut Graph) {
     let shapes = shapes_of_products(resolver);
     let uses = uses_of_relations(resolver);
+    let held = Held::new(resolver);
     for e in resolver.entities() {
         if !e.has("REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION") {
             continue;
         }
-        let read = relation(resolver, graph, e);
+        let read = relation(resolver, graph, e, &held);
         let (first, second, map) = match read {
             Ok(Some(found)) => found,
             Ok(None) => continue,
@@ -286,67 +292,21 @@ fn occurrences(resolver: &Resolver, graph: &mut Graph) {
     }
 }
 
-/// A use of a relationship: its component and the name of the occurrence, where the file says them.
-type Use = (Option<u32>, Option<Name>);
-
-/// Uses of each relationship, by its instance.
-fn uses_of_relations(resolver: &Resolver) -> FxHashMap<u32, Vec<Use>> {
-    let mut uses: FxHashMap<u32, Vec<Use>> = FxHashMap::default();
-    for e in resolver.entities().filter(|e| e.kind() == "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION") {
-        let a = e.attributes();
-        let Ok(relation) = a.entity(0) else { continue };
-        let usage = a.entity(1).and_then(|shape| shape.attributes().entity(2));
-        if usage.as_ref().is_ok_and(|u| u.kind() == "SPECIFIED_HIGHER_USAGE_OCCURRENCE") {
-            continue;
-        }
-        // NEXT_ASSEMBLY_USAGE_OCCURRENCE(id, name, description, relating, related, ..)
-        let name = usage.as_ref().ok().and_then(|u| names::of_occurrence(*u));
-        let component = usage.and_then(|u| u.attributes().entity(4)).ok();
-        uses.entry(relation.index).or_default().push((component.map(|c| c.index), name));
-    }
-    uses
-}
-
 /// Groups on both sides, and the map from the first to the second.
 fn relation(
     resolver: &Resolver,
     graph: &Graph,
     e: Entity,
+    held: &Held,
 ) -> Outcome<Option<(usize, usize, Affine)>> {
-    let a = e.attributes();
-    let pair = e.part("REPRESENTATION_RELATIONSHIP");
-    let sides = pair.as_ref().unwrap_or(&a);
-    let (first, second) = (sides.entity(2)?, sides.entity(3)?);
-    let by = match e.part("REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION") {
-        Some(part) => part.entity(part.len().saturating_sub(1))?,
-        None => a.entity(4)?,
-    };
+    let [first, second] = sides(e)?;
     let (Some(&one), Some(&two)) =
         (graph.group_of.get(&first.index), graph.group_of.get(&second.index))
     else {
         return Ok(None);
     };
     let (Some(from), Some(to)) = (graph.units(first), graph.units(second)) else { return Ok(None) };
-    let map = if by.kind() == "ITEM_DEFINED_TRANSFORMATION" {
-        let t = by.attributes();
-        let (origin, target) =
-            (resolver.frame(t.entity(2)?, from)?, resolver.frame(t.entity(3)?, to)?);
-        outward(&target).after(&inward(&origin))
-    } else {
-        resolver.operator(by, to)?
-    };
-    Ok(Some((one, two, map)))
-}
-
-/// Shape representation of each product definition.
-fn shapes_of_products(resolver: &Resolver) -> FxHashMap<u32, u32> {
-    let pair = |e: Entity| -> Outcome<(u32, u32)> {
-        let a = e.attributes();
-        let definition = a.entity(0)?.attributes().entity(2)?;
-        Ok((definition.index, a.entity(1)?.index))
-    };
-    let definitions = resolver.entities().filter(|e| e.kind() == "SHAPE_DEFINITION_REPRESENTATION");
-    definitions.filter_map(|e| pair(e).ok()).collect()
+    Ok(Some((one, two, map_between(resolver, e, [from, to], held)?)))
 }
 
 /// For files without any representation of shapes: the solids, otherwise the shells, otherwise the faces.
@@ -381,15 +341,4 @@ fn unreferenced_shapes<'t>(resolver: &Resolver<'t>, graph: &mut Graph<'t>) -> Ou
     graph.groups.push(Group { sheets: vec![graph.sheets.len()], ..Group::default() });
     graph.sheets.push(Sheet { entity: found[0], context, items });
     Ok(())
-}
-
-/// Map from the coordinates of a frame to those of its parent.
-fn outward(f: &Frame) -> Affine {
-    Affine { linear: Mat3::from_columns(&[f.x, f.y, f.z]), shift: f.origin }
-}
-
-/// The inverse of [`outward`].
-fn inward(f: &Frame) -> Affine {
-    let linear = Mat3::from_columns(&[f.x, f.y, f.z]).transpose();
-    Affine { linear, shift: -(linear * f.origin) }
 }

@@ -22,6 +22,7 @@ mod lexer;
 mod loose;
 mod names;
 mod place;
+mod relations;
 mod resolver;
 mod styles;
 mod surface;

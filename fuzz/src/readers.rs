@@ -255,6 +255,7 @@ pub fn plan_of(scene: Scene) -> Result<Plan, String> {
                 sha256: loaded.sha256,
                 surface: ToolSurface::new(loaded.model).into(),
                 shape_error_mm: None,
+                reachable_only: false,
             }
         })
     });

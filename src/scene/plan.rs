@@ -56,6 +56,8 @@ pub struct PlannedTool {
     pub surface: Arc<ToolSurface>,
     /// Largest |shape error| recorded in its file [mm].
     pub shape_error_mm: Option<f64>,
+    /// It was made of the faces that the sheet of a scene can touch.
+    pub reachable_only: bool,
 }
 
 impl Plan {

@@ -9,7 +9,7 @@ use super::build::{EdgeChoice, StraightEdge, ToolError, build};
 use super::edge::EdgeRule;
 use super::model::{GivenCurve, PatchCorners, ToolKind, ToolModel};
 use super::patch::{MAX_DEGREE, Patch};
-use super::selection::FaceSelection;
+pub use super::provenance::Provenance;
 use super::side::corners;
 use crate::files::{WriteError, write_atomic};
 use crate::geometry::numbers::first_fault;
@@ -82,34 +82,6 @@ pub struct BezierNet {
     pub points: Vec<[f64; 3]>,
     /// CAD face id.
     pub face: u32,
-}
-
-/// Where a tool file comes from.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Provenance {
-    /// CAD file name.
-    pub cad_file: String,
-    /// SHA-256 of the CAD file, lower-case hexadecimal.
-    pub cad_sha256: String,
-    /// Unit of length found in the CAD file.
-    pub cad_unit: String,
-    /// Mesher and its options.
-    pub mesher: String,
-    /// Choice of faces of the CAD file from which the tool was made; absent: all.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub selection: Option<FaceSelection>,
-    /// Distance of the tool's surface from the CAD along its outward normals [mm]; absent: the CAD's own surface.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub offset_mm: Option<f64>,
-    /// Faces of the CAD file that the tool lacks: entities that could not be read, or not be meshed.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub faces_lost: Vec<String>,
-    /// Program and version that wrote the file.
-    pub program: String,
-    /// Largest |shape error| found by the audit when it was written [mm].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shape_error_mm: Option<f64>,
 }
 
 /// The reason why a tool file yields no tool model.

@@ -8,6 +8,7 @@ pub mod exchange;
 pub mod file;
 pub mod model;
 pub mod patch;
+mod provenance;
 pub mod selection;
 pub mod side;
 

@@ -13,10 +13,6 @@ use crate::geometry::{Vec2, Vec3};
 const GRID: usize = 16;
 /// Points of the plan curve above which the face may have a closed cut.
 const SEEDS: usize = 48;
-/// Crossings of a side searched for at most.
-const SIDE_INTERVALS_MAX: usize = 20_000;
-/// Bisections that locate a crossing.
-const BISECTIONS: usize = 60;
 
 /// Loops of a face, the outer one first.
 type Loops = Vec<Vec<Side>>;
@@ -46,31 +42,33 @@ struct Chain {
     next: usize,
 }
 
+/// What continues a chain along the curve.
+#[derive(Clone)]
+struct Joint {
+    sides: Vec<Side>,
+    /// The chain at its end.
+    next: usize,
+}
+
+/// Reason for a chain without a joint.
+const NO_CONTINUATION: &str = "a crossing of its border without continuation";
+
 impl Cut<'_> {
     /// Cuts the face with these loops.
     ///
     /// # Errors
     /// The reason why the face cannot be cut.
     pub(super) fn cut(&self, loops: &[Vec<Side>]) -> Result<FaceCut, String> {
-        let bounds = self.face.bbox();
-        let around = self.curve.bounds();
-        let apart = |k: usize| bounds.max[k] < around.min[k] || bounds.min[k] > around.max[k];
-        if bounds.is_empty() || apart(0) || apart(1) {
+        if self.is_apart() {
             return Ok(FaceCut::Whole(false));
         }
         let region = TrimRegion::new(self.face);
-        let tracer = Tracer {
-            surface: &self.face.surface,
-            region: &region,
-            curve: self.curve,
-            tolerance: self.tolerance,
-            size: bounds.diagonal(),
-        };
         let certain = certain_points(self.face, &region, self.curve, self.tolerance);
         let middle = certain.points.first().ok_or("it runs along the curve")?.inside;
         if certain.complete && certain.points.iter().all(|c| c.inside == middle) {
             return Ok(FaceCut::Whole(middle));
         }
+        let tracer = self.tracer(&region);
         let grid = self.grid(&region);
         let middle = self.deepest(&grid, loops);
         let (mut whole, mut chains) = (Vec::new(), Vec::new());
@@ -101,12 +99,29 @@ impl Cut<'_> {
         Ok(FaceCut::Parts { inside, outside })
     }
 
-    fn point(&self, uv: Vec2) -> Vec3 {
+    /// True when the boxes of face and curve do not meet in plan.
+    fn is_apart(&self) -> bool {
+        let (bounds, around) = (self.face.bbox(), self.curve.bounds());
+        let apart = |k: usize| bounds.max[k] < around.min[k] || bounds.min[k] > around.max[k];
+        bounds.is_empty() || apart(0) || apart(1)
+    }
+
+    fn tracer<'r>(&'r self, region: &'r TrimRegion) -> Tracer<'r> {
+        Tracer {
+            surface: &self.face.surface,
+            region,
+            curve: self.curve,
+            tolerance: self.tolerance,
+            size: self.face.bbox().diagonal(),
+        }
+    }
+
+    pub(super) fn point(&self, uv: Vec2) -> Vec3 {
         self.face.surface.point(uv)
     }
 
     /// Distance of a point of the surface from the curve in plan [mm], positive inside.
-    fn signed(&self, uv: Vec2) -> f64 {
+    pub(super) fn signed(&self, uv: Vec2) -> f64 {
         self.curve.near(self.point(uv).xy()).signed
     }
 
@@ -127,80 +142,6 @@ impl Cut<'_> {
         let ends = loops.iter().flatten().map(|side| (side.start(), self.signed(side.start())));
         let all = grid.iter().copied().chain(ends);
         all.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).is_some_and(|(_, signed)| signed > 0.0)
-    }
-
-    /// A side cut at its crossings with the curve, each piece with its place: inside, outside or along the curve.
-    fn pieces(&self, side: &Side) -> Result<Vec<(Side, Option<bool>)>, String> {
-        let [low, high] = side.path.domain();
-        let at = |t: f64| self.point(side.path.point(t));
-        let signed = |t: f64| self.curve.near(at(t).xy()).signed;
-        let snap = 2.0 * self.tolerance;
-        let spans = side.path.knots().windows(2).filter(|w| w[0] < w[1]).count();
-        let n = 8 * spans.max(2);
-        if (0..=32).all(|k| signed(low + (high - low) * f64::from(k) / 32.0).abs() <= snap) {
-            return Ok(vec![(side.clone(), None)]);
-        }
-        let first: Vec<f64> = (0..=n).map(|k| low + (high - low) * k as f64 / n as f64).collect();
-        let mut open: Vec<[f64; 2]> = first.windows(2).rev().map(|w| [w[0], w[1]]).collect();
-        let mut before: Option<(f64, f64)> = None;
-        let (mut cuts, mut done) = (Vec::new(), 0);
-        while let Some([a, b]) = open.pop() {
-            done += 1;
-            if done > SIDE_INTERVALS_MAX {
-                return Err("a side of it runs along the curve or crosses it too often".into());
-            }
-            let (fa, fb) = (signed(a), signed(b));
-            let middle = 0.5 * (a + b);
-            // The distance changes by at most the length: a short interval has no further crossing.
-            let length = 1.2 * ((at(middle) - at(a)).norm() + (at(b) - at(middle)).norm());
-            let is_short = length <= fa.abs() + fb.abs() + 2.0 * snap;
-            if !is_short && middle > a && middle < b {
-                open.extend([[middle, b], [a, middle]]);
-                continue;
-            }
-            for (t, f) in [(a, fa), (b, fb)].into_iter().filter(|(_, f)| f.abs() > snap) {
-                if let Some((from, _)) = before.filter(|(_, g)| (*g > 0.0) != (f > 0.0)) {
-                    cuts.push(root(&signed, from, t));
-                }
-                before = Some((t, f));
-            }
-        }
-        let near = |t: &f64, end: f64| (at(*t) - at(end)).norm() <= snap;
-        cuts.retain(|t| !near(t, low) && !near(t, high));
-        cuts.dedup_by(|b, a| (at(*b) - at(*a)).norm() <= snap);
-        let placed = |piece: Side| {
-            let place = self.place(&piece);
-            (piece, place)
-        };
-        Ok(self.cut_at(side, &cuts).into_iter().map(placed).collect())
-    }
-
-    fn cut_at(&self, side: &Side, cuts: &[f64]) -> Vec<Side> {
-        let [low, high] = side.path.domain();
-        if cuts.is_empty() {
-            return vec![side.clone()];
-        }
-        let bounds = [&[low], cuts, &[high]].concat();
-        let part = |w: &[f64]| {
-            let path = side.path.trimmed(w[0], w[1]).ok()?;
-            let ends = [path.points()[0], path.points()[path.points().len() - 1]];
-            let curve = side.curve.as_ref().and_then(|c| {
-                let [a, b] = ends.map(|uv| c.closest(&self.point(uv)).0);
-                c.trimmed(a, b).ok()
-            });
-            Some(Side { path, curve, edge_id: None })
-        };
-        bounds.windows(2).filter_map(part).collect()
-    }
-
-    /// Whether a side is inside, by its point farthest from the curve; `None` along the curve.
-    fn place(&self, side: &Side) -> Option<bool> {
-        const SAMPLES: u32 = 16;
-        let [low, high] = side.path.domain();
-        let at = |k: u32| low + (high - low) * f64::from(k) / f64::from(SAMPLES);
-        let all = (0..=SAMPLES).map(|k| self.signed(side.path.point(at(k))));
-        let widest = all.max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
-        (widest.abs() > 2.0 * self.tolerance).then_some(widest > 0.0)
     }
 
     /// Sorts the pieces of a loop to loops on one side of the curve, and chains of loops that cross it.
@@ -245,53 +186,33 @@ impl Cut<'_> {
         tracer: &Tracer<'_>,
         halves: &mut [Vec<Vec<Side>>; 2],
     ) -> Result<Vec<Vec<Node>>, String> {
-        let of = |inside: bool| (0..chains.len()).filter(move |&k| chains[k].inside == inside);
         let start = |k: usize| chains[k].sides.first().map_or_else(Vec2::zeros, Side::start);
         let end = |k: usize| chains[k].sides.last().map_or_else(Vec2::zeros, Side::end);
-        let within: Vec<usize> = of(true).collect();
+        let within: Vec<usize> = (0..chains.len()).filter(|&k| chains[k].inside).collect();
         // Where chains inside begin, chains outside end.
         let node = |uv: Vec2| {
             let near = self.curve.near(self.point(uv).xy());
             Node { uv, piece: near.piece, t: near.t, kink: false }
         };
         let entries: Vec<Node> = within.iter().map(|&k| node(start(k))).collect();
-        let mut next = vec![usize::MAX; chains.len()];
-        let mut joints: Vec<Vec<Side>> = vec![Vec::new(); chains.len()];
+        let mut joints = vec![Joint { sides: Vec::new(), next: usize::MAX }; chains.len()];
         let mut paths = Vec::new();
         for &k in &within {
             let (nodes, reached) = tracer.trace(node(end(k)), &entries, false)?;
             let End::At(entry) = reached else { return Err("a cut that does not end".into()) };
             let to = within[entry];
-            if next.contains(&to) {
+            if joints.iter().any(|joint| joint.next == to) {
                 return Err("two cuts end at one crossing of its border".into());
             }
             let sides = tracer.sides(&nodes);
             // The chain outside that ends at the entry continues backwards to where this chain inside ended.
-            let then = chains[k].next;
-            let Some(from) = (0..chains.len()).find(|&o| chains[o].next == to) else {
-                return Err("a crossing of its border without continuation".into());
-            };
-            joints[from] = sides.iter().rev().map(Side::reversed).collect();
-            next[from] = then;
-            joints[k] = sides;
-            next[k] = to;
+            let from = (0..chains.len()).find(|&o| chains[o].next == to).ok_or(NO_CONTINUATION)?;
+            let back = sides.iter().rev().map(Side::reversed).collect();
+            joints[from] = Joint { sides: back, next: chains[k].next };
+            joints[k] = Joint { sides, next: to };
             paths.push(nodes);
         }
-        let mut done = vec![false; chains.len()];
-        for first in 0..chains.len() {
-            let (mut k, mut ring) = (first, Vec::new());
-            while done.get(k) == Some(&false) {
-                done[k] = true;
-                ring.extend(chains[k].sides.iter().chain(&joints[k]).cloned());
-                k = next[k];
-            }
-            if k == usize::MAX {
-                return Err("a crossing of its border without continuation".into());
-            }
-            if !ring.is_empty() {
-                halves[usize::from(chains[first].inside)].push(ring);
-            }
-        }
+        add_rings(chains, &joints, halves)?;
         Ok(paths)
     }
 
@@ -384,24 +305,34 @@ impl Cut<'_> {
     }
 }
 
+/// Adds the closed loops of chains and joints to their halves.
+fn add_rings(
+    chains: &[Chain],
+    joints: &[Joint],
+    halves: &mut [Vec<Vec<Side>>; 2],
+) -> Result<(), String> {
+    let mut done = vec![false; chains.len()];
+    for first in 0..chains.len() {
+        let (mut k, mut ring) = (first, Vec::new());
+        while done.get(k) == Some(&false) {
+            done[k] = true;
+            ring.extend(chains[k].sides.iter().chain(&joints[k].sides).cloned());
+            k = joints[k].next;
+        }
+        if k == usize::MAX {
+            return Err(NO_CONTINUATION.into());
+        }
+        if !ring.is_empty() {
+            halves[usize::from(chains[first].inside)].push(ring);
+        }
+    }
+    Ok(())
+}
+
 /// The region of the face with other loops.
 fn region_of(face: &Face, loops: &Loops) -> TrimRegion {
     use crate::cad::model::{EdgeUse, TrimLoop};
     let used = |side: &Side| EdgeUse { pcurve: side.path.clone(), edge: None, reversed: false };
     let trims = loops.iter().map(|l| TrimLoop { uses: l.iter().map(used).collect() });
     TrimRegion::new(&Face { loops: trims.collect(), ..face.clone() })
-}
-
-/// Parameter at which a function changes its sign between `from` and `to`.
-fn root(f: &impl Fn(f64) -> f64, mut from: f64, mut to: f64) -> f64 {
-    let positive = f(from) > 0.0;
-    for _ in 0..BISECTIONS {
-        let middle = 0.5 * (from + to);
-        if (f(middle) > 0.0) == positive {
-            from = middle;
-        } else {
-            to = middle;
-        }
-    }
-    0.5 * (from + to)
 }

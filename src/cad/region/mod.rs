@@ -1,8 +1,8 @@
 //! Faces inside and outside a closed curve in plan, the plane z = 0. Faces that the curve crosses are split along it.
 //!
 //! - [`plan`]: the curve, with its signed distance
-//! - [`trace`]: the curves on a surface that lie above the curve
-//! - [`cut`]: the loops of a face cut at the curve and closed along it
+//! - [`trace`]: the curves on a surface that lie above the curve; [`track`]: sides along them
+//! - [`cut`]: the loops of a face cut at the curve and closed along it; [`crossings`]: where its sides cross the curve
 //! - [`cells`]: points of a face whose side is certain, by which every cut is checked
 //! - `chain`: curves of a file as one closed curve
 //!
@@ -11,12 +11,14 @@
 
 mod cells;
 mod chain;
+mod crossings;
 mod cut;
 mod error;
 mod plan;
 #[cfg(test)]
 mod tests;
 mod trace;
+mod track;
 
 use rayon::prelude::*;
 

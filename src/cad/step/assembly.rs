@@ -25,8 +25,9 @@ pub fn faces(resolver: &Resolver, model: &mut RawModel) -> Outcome<()> {
     for group in 0..graph.groups.len() {
         count(&graph, group, &mut counts, 0)?;
     }
-    let placed = items_placed_elsewhere(&graph);
-    let root = |&g: &usize| !graph.groups[g].used && !repeats_component(&graph, g, &placed);
+    let placed = graph.placed();
+    let elsewhere = items_placed_elsewhere(&graph, &placed);
+    let root = |&g: &usize| !placed[g] && !repeats_component(&graph, g, &elsewhere);
     let all: Vec<usize> = (0..graph.groups.len()).filter(root).collect();
     let roots = of_products(resolver, &graph, all, &counts);
     let total = roots.iter().fold(0, |sum: usize, &g| sum.saturating_add(counts[g].unwrap_or(0)));
@@ -82,8 +83,9 @@ fn of_products(
 }
 
 /// Items of representations that are placed in others.
-fn items_placed_elsewhere(graph: &Graph) -> FxHashSet<u32> {
-    let sheets = graph.groups.iter().filter(|g| g.used).flat_map(|g| &g.sheets);
+fn items_placed_elsewhere(graph: &Graph, placed: &[bool]) -> FxHashSet<u32> {
+    let groups = graph.groups.iter().zip(placed).filter(|(_, placed)| **placed);
+    let sheets = groups.flat_map(|(g, _)| &g.sheets);
     sheets.flat_map(|&s| &graph.sheets[s].items).map(|i| i.entity).collect()
 }
 

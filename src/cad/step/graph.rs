@@ -39,8 +39,6 @@ pub struct Group {
     pub children: Vec<Child>,
     /// Name of the product.
     pub product: Option<Name>,
-    /// Placed in another group.
-    pub used: bool,
     /// Shape of a product, by a `SHAPE_DEFINITION_REPRESENTATION`.
     pub of_product: bool,
 }
@@ -215,8 +213,28 @@ impl Graph<'_> {
     }
 
     fn add(&mut self, parent: usize, child: Child) {
-        self.groups[child.group].used = true;
         self.groups[parent].children.push(child);
+    }
+
+    /// For each group, true when it is placed in another one. Where products have shapes, only the groups below them place
+    /// others: what else shows a product (saved views, validation) does not hold it.
+    pub fn placed(&self) -> Vec<bool> {
+        let count = self.groups.len();
+        let mut todo: Vec<usize> = (0..count).filter(|&g| self.groups[g].of_product).collect();
+        if todo.is_empty() {
+            todo = (0..count).collect();
+        }
+        let (mut placed, mut reached) = (vec![false; count], vec![false; count]);
+        while let Some(group) = todo.pop() {
+            if std::mem::replace(&mut reached[group], true) {
+                continue;
+            }
+            for child in &self.groups[group].children {
+                placed[child.group] = true;
+                todo.push(child.group);
+            }
+        }
+        placed
     }
 }
 

@@ -47,12 +47,14 @@ impl Held {
         Self(held)
     }
 
-    /// True when the first item is in the second representation and the second item in the first one, and not the other
-    /// way round: some writers name the item of the assembly first.
+    /// True when more of the two items are in the other representation than in that of their position: some writers name
+    /// the item of the assembly first.
     fn is_exchanged(&self, [first, second]: [Entity; 2], [one, two]: [Entity; 2]) -> bool {
         let holds = |side: Entity, item: Entity| self.0.contains(&(side.index, item.index));
-        let as_named = holds(first, one) && holds(second, two);
-        holds(second, one) && holds(first, two) && !as_named
+        let held = |pairs: [(Entity, Entity); 2]| {
+            pairs.into_iter().filter(|&(side, item)| holds(side, item)).count()
+        };
+        held([(first, two), (second, one)]) > held([(first, one), (second, two)])
     }
 }
 
@@ -141,6 +143,22 @@ mod tests {
             assert_eq!(model.faces.len(), plain, "{views} views");
             assert!(model.diagnostics.is_empty(), "{:?}", model.diagnostics);
         }
+    }
+
+    /// Representations of no product that map one neither double nor hide it.
+    #[test]
+    fn what_is_no_product_places_none() {
+        let copy = |n: u32| {
+            format!(
+                "#9{n}1=SHAPE_REPRESENTATION('copy',(#9{n}3),#113);\n#9{n}2=REPRESENTATION_MAP(#11,#10);\n\
+                 #9{n}3=MAPPED_ITEM('',#9{n}2,#11);\n"
+            )
+        };
+        let plain = cylinder_with("").faces.len();
+        let model = cylinder_with(&(copy(1) + &copy(2)));
+        assert_eq!(model.faces.len(), plain);
+        let codes: Vec<&str> = model.diagnostics.iter().map(|d| d.code).collect();
+        assert_eq!(codes, ["not-of-product"]);
     }
 
     /// The transformation leads from the item of the component to that of the assembly, whichever is named first.

@@ -16,7 +16,7 @@ use crate::cli::exit::Failure;
 use crate::cli::skip::{renumbered, skipping};
 use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
 use crate::convert::tolerance::Borders as Meeting;
-use crate::convert::tolerance::{Goal, Refined, ToleranceError, to_patches, to_tolerance_in_time};
+use crate::convert::tolerance::{Goal, ToleranceError, to_patches, to_tolerance_in_time};
 use crate::convert::unfolded::{UnfoldedError, mesh_and_convert};
 use crate::convert::{ConvertOptions, ConvertReport, convert};
 use crate::mesh::mapped::MappedOptions;
@@ -149,7 +149,10 @@ fn refined(
                 borders,
             };
             let time = args.how.time.map(Duration::from_secs_f64);
-            best_found(args, to_tolerance_in_time(model, &mesh, options, &goal, time))?
+            match to_tolerance_in_time(model, &mesh, options, &goal, time) {
+                Err(ToleranceError::Above { model, .. }) => *model,
+                found => found?,
+            }
         }
     };
     Ok(Converted {
@@ -164,24 +167,6 @@ fn refined(
             independent_requested: borders == Meeting::Independent,
         }),
     })
-}
-
-/// The model within the goal, or the one closest to it. A face without valid patches is an error where faces may be left
-/// out: the rest may be within the goal.
-fn best_found(
-    args: &ConvertArgs,
-    found: Result<Refined, ToleranceError>,
-) -> Result<Refined, ToleranceError> {
-    match found {
-        Err(ToleranceError::Above { why, .. })
-            if args.how.mesher.skips_faces()
-                && matches!(*why, ToleranceError::NoPatches { .. }) =>
-        {
-            Err(*why)
-        }
-        Err(ToleranceError::Above { model, .. }) => Ok(*model),
-        other => other,
-    }
 }
 
 /// An error with the face index of the whole model instead of its reachable part.

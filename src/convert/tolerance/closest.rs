@@ -13,9 +13,9 @@ use super::state::State;
 use crate::convert::unfolded::mesh_and_convert;
 use crate::mesh::mapped::MappedOptions;
 
-/// Patches of all uniform models together above which no finer one is made. Doubled: twice the time of files that no
-/// divisions bring within the tolerance (20 s for 100 faces).
-const UNIFORM_WORK_MAX: usize = 20_000;
+/// Patches of all uniform models together. Doubled: twice the time of files that no divisions bring within the tolerance
+/// (20 s for 100 faces).
+const UNIFORM_WORK_MAX: f64 = 20_000.0;
 /// Order in which the error of a patch falls with the divisions, to estimate the next ones: smooth regions have 4, and
 /// regions at lines of discontinuous curvature 2.
 const PATCH_ORDER: f64 = 3.0;
@@ -85,12 +85,13 @@ impl Scope<'_> {
             self.keep_candidate(&found, goal);
             work += found.tool.patches.len();
             let ratio = goal_ratio(&found, goal);
-            let is_within = ratio <= 1.0 && is_valid(&found);
-            if is_within || work > UNIFORM_WORK_MAX || self.budget.is_late_to_save() {
-                return;
-            }
             let [low, high] = DIVISIONS_GROWTH;
             let growth = ratio.powf(1.0 / PATCH_ORDER).clamp(low, high);
+            let next = found.tool.patches.len() as f64 * growth.powi(2);
+            let is_within = ratio <= 1.0 && is_valid(&found);
+            if is_within || work as f64 + next > UNIFORM_WORK_MAX || self.budget.is_late_to_save() {
+                return;
+            }
             divisions = (divisions as f64 * growth).ceil() as usize;
         }
     }

@@ -101,7 +101,7 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, ratio: f64, cost: &Cost) -> 
     for (k, tool) in setup.tools.iter().enumerate() {
         let opposite = Opposite::new(setup, k, &kept[k], &sizes);
         let clamping = Clamping::new(setup, k, &kept[k], &opposite);
-        patches::findings(tool, &kept[k], &sizes, &mut out);
+        patches::findings(tool, &kept[k], plan.tools[k].reachable_only, &sizes, &mut out);
         out.extend(radii::coarse(tool, &kept[k], (&part, &clamping), (&sizes, cost)));
         // Unreachable tools have a note already.
         out.extend(kept[k].contains(&true).then(|| missed_sheet::finding(setup, k)).flatten());

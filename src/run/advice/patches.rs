@@ -28,8 +28,14 @@ fn has_unreachable_face(tool: &ToolSetup, kept: &[bool]) -> bool {
     faces.iter().any(|face| !near.contains(face))
 }
 
-/// Notes on the patches of one tool. `kept`: reachable patches.
-pub(super) fn findings(tool: &ToolSetup, kept: &[bool], sizes: &Sizes, out: &mut Vec<Finding>) {
+/// Notes on the patches of one tool. `kept`: reachable patches; `reachable_only`: the tool is made of reachable faces.
+pub(super) fn findings(
+    tool: &ToolSetup,
+    kept: &[bool],
+    reachable_only: bool,
+    sizes: &Sizes,
+    out: &mut Vec<Finding>,
+) {
     if !kept.contains(&true) {
         let (patches, name) = (kept.len(), &tool.name);
         out.push(Finding::note(
@@ -38,14 +44,14 @@ pub(super) fn findings(tool: &ToolSetup, kept: &[bool], sizes: &Sizes, out: &mut
         ));
         return;
     }
-    out.extend(unreachable(tool, kept));
+    out.extend(unreachable(tool, kept, reachable_only));
     out.extend(too_fine(tool, kept, sizes));
 }
 
 /// A note on unreachable patches.
-fn unreachable(tool: &ToolSetup, kept: &[bool]) -> Option<Finding> {
+fn unreachable(tool: &ToolSetup, kept: &[bool], reachable_only: bool) -> Option<Finding> {
     let (beyond, patches) = (kept.iter().filter(|k| !**k).count(), kept.len());
-    let has_faces = has_unreachable_face(tool, kept);
+    let has_faces = !reachable_only && has_unreachable_face(tool, kept);
     let remedy = if has_faces { "; a conversion for this scene omits such faces" } else { "" };
     (beyond > 0).then(|| Finding {
         auto: true,

@@ -154,8 +154,8 @@ fn mirrored(sheet: &Aabb, axis: usize, at: f64) -> Aabb {
     out
 }
 
-/// Doubts about declared symmetry planes about which tools are not symmetric: a part of the tool over the far side is not
-/// the image of a part over the sheet. A tool may end anywhere on the far side, as one of reachable faces does.
+/// Doubts about declared symmetry planes about which tools are not symmetric. A tool of the faces that the sheet can touch
+/// ends anywhere on the far side: what is there of it must be an image of what is over the sheet.
 pub(super) fn asymmetric_tools(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
     let sheet = Aabb::of_points(&setup.body.mesh().nodes);
     let size = sheet.diagonal();
@@ -164,13 +164,15 @@ pub(super) fn asymmetric_tools(plan: &Plan, setup: &SimulationSetup) -> Vec<Find
         let (axis, at) = (plane.normal.index(), plane.at_mm);
         let name = ["x", "y", "z"][axis];
         let far = mirrored(&sheet, axis, at);
-        for tool in &setup.tools {
+        let both = sheet.union(&far);
+        for (tool, planned) in setup.tools.iter().zip(&plan.tools) {
+            let part = if planned.reachable_only { &far } else { &both };
             let bounds = tool.surface.bounds();
             let beyond =
                 [at - (bounds.min + tool.offset)[axis], (bounds.max + tool.offset)[axis] - at];
             let whole = beyond.iter().all(|beyond| *beyond > 0.1 * size);
             if whole
-                && !is_tool_symmetric(tool, axis, at, DECLARED_PLANE_TOLERANCE_REL * size, &far)
+                && !is_tool_symmetric(tool, axis, at, DECLARED_PLANE_TOLERANCE_REL * size, part)
             {
                 out.push(Finding::doubt(
                     DoubtCode::SymmetryWrong,

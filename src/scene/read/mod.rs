@@ -304,6 +304,7 @@ fn load_tools(scene: &Scene, path: &Path, folder: &Path) -> Result<Vec<PlannedTo
             sha256: loaded.sha256,
             surface: Arc::new(ToolSurface::new(loaded.model)),
             shape_error_mm: loaded.provenance.shape_error_mm,
+            reachable_only: loaded.provenance.is_of_reachable_faces(),
         });
     }
     Ok(tools)

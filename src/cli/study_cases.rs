@@ -116,7 +116,7 @@ fn run(
     Ok((left, stop.is_requested()))
 }
 
-/// What is said after a stop request.
+/// Prints how to continue after a stop request.
 fn after_stop(runner: &dyn Runner) -> Exit {
     if runner.outlives() {
         out!(
@@ -128,7 +128,7 @@ fn after_stop(runner: &dyn Runner) -> Exit {
     Exit::Stopped
 }
 
-/// What is said after a submission without waiting.
+/// Prints what was submitted without waiting for it.
 fn after_submission(Left { submitted, waiting, not_done }: Left, output: &Path) -> Exit {
     out!(
         "{submitted} cases submitted, {waiting} wait for a later command, {not_done} of the others not done"

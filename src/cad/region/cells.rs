@@ -62,8 +62,7 @@ pub(super) fn certain_points(
         }
         examined += 1;
         let centre = cell.surface.point(middle).xy();
-        let reach = |p: &Vec3| (p.xy() - centre).norm();
-        let reach = cell.surface.points().iter().map(reach).fold(0.0, f64::max);
+        let reach = cell.reach(&centre);
         let signed = curve.near(centre).signed;
         let is_certain = signed.abs() > reach + 2.0 * tolerance;
         if is_certain && is_inside {
@@ -82,6 +81,12 @@ pub(super) fn certain_points(
 }
 
 impl Cell {
+    /// Largest distance of the control points from `centre` in plan [mm]: no point of the cell is farther.
+    fn reach(&self, centre: &Vec2) -> f64 {
+        let distance = |p: &Vec3| (p.xy() - centre).norm();
+        self.surface.points().iter().map(distance).fold(0.0, f64::max)
+    }
+
     /// Both halves, across the direction that is longer in plan.
     fn halves(&self) -> Vec<Self> {
         let [u, v] = self.surface.domain();

@@ -122,12 +122,7 @@ fn audited(
             None => whole.faces_of(&loaded.model),
         };
     }
-    let options = AuditOptions {
-        samples: args.samples,
-        tolerance_mm: args.tol,
-        normal_tolerance_deg: args.normal_tol,
-        ..AuditOptions::default()
-    };
+    let options = options(args);
     let mut found = match &part {
         Some(part) => audit(&loaded.model, part, &options)?,
         None => audit(&loaded.model, whole, &options)?,
@@ -136,7 +131,6 @@ fn audited(
     found.report.faces_lost.extend(skipped(&loaded.provenance, &found.report.faces_lost));
     found.report.doubts = doubts(&found.report);
     write_pictures(args, &loaded.model, &found)?;
-    let r = &found.report;
     if let Some(chosen) = &chosen {
         let (n, all) = (chosen.kept.len(), model.faces.len());
         let moved =
@@ -144,11 +138,20 @@ fn audited(
         out!("{}: made from {n} of {all} faces{moved}, compared with these", tool.display());
     }
     if args.tools.len() > 1 {
-        print_row(tool, r);
+        print_row(tool, &found.report);
     } else {
-        print_report(r);
+        print_report(&found.report);
     }
     Ok(found.report)
+}
+
+fn options(args: &AuditArgs) -> AuditOptions {
+    AuditOptions {
+        samples: args.samples,
+        tolerance_mm: args.tol,
+        normal_tolerance_deg: args.normal_tol,
+        ..AuditOptions::default()
+    }
 }
 
 /// The faces from which a tool was made, if they were chosen. In a CAD file other than its own (`is_same` false) they

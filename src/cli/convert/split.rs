@@ -37,7 +37,7 @@ pub struct SplitArgs {
 /// Converts every body, or every chosen one, with a line each.
 ///
 /// # Errors
-/// Exit code 2 for a file that is not CAD, and when a body cannot be converted (after all others are written); 4 when
+/// Exit code 1 for a tool with a doubt, 2 for a file that is not CAD, and when a body cannot be converted (after all others are written); 4 when
 /// files cannot be read or written.
 pub fn run(args: &SplitArgs) -> Result<Exit, Failure> {
     args.how.mesher.check()?;
@@ -67,18 +67,20 @@ pub fn run(args: &SplitArgs) -> Result<Exit, Failure> {
         }
     }
     print_conversion_doubts(&doubts, args.how.accept_doubts);
-    let Some((_, first)) = failed.first() else {
-        return Ok(Exit::of_doubts(&doubts, args.how.accept_doubts));
-    };
-    let names = failed.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
-    let (n, all) = (failed.len(), bodies.len());
-    Err(Failure::new(
-        first.exit,
-        format!(
-            "{}: {n} of {all} bodies are not converted: {names}; the reasons are above; convert these one by one with --bodies",
-            args.file.display()
-        ),
-    ))
+    match failed.first() {
+        None => Ok(Exit::of_doubts(&doubts, args.how.accept_doubts)),
+        Some((_, first)) => {
+            let names: Vec<&str> = failed.iter().map(|(name, _)| name.as_str()).collect();
+            let (n, all, names) = (failed.len(), bodies.len(), names.join(", "));
+            Err(Failure::new(
+                first.exit,
+                format!(
+                    "{}: {n} of {all} bodies are not converted: {names}; the reasons are above; convert these one by one with --bodies",
+                    args.file.display()
+                ),
+            ))
+        }
+    }
 }
 
 /// Converts one body.

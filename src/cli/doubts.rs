@@ -80,8 +80,9 @@ pub fn reference() -> String {
          A doubt is a reason why a result must not be trusted as it is. It stands in `run.json` (`doubts`: code, where, value,\n\
          limit, text), last on the terminal (on stderr with `-q` and `--json`), first in `report.html`, in the table of a study and\n\
          in `kanagata-solve status`. A run that ends with a doubt has the verdict `doubtful` and exit code 1; with\n\
-         `--accept-doubts` the exit code is 0, and the list stays. `kanagata-solve check` finds those of the scene before a run.\n\
-         Those of an audit stand in its JSON, last on the terminal and first in its page; `kanagata audit` ends with exit code 1.\n\n\
+         `--accept-doubts` the exit code is 0, and the list stays. `kanagata-solve check` finds those of the scene before a run.\n\n\
+         Those of an audit stand in its JSON, last on the terminal and first in its page; `kanagata audit` ends with exit code 1.\n\
+         Those of a conversion are last on the terminal; `kanagata convert` writes the tool and ends with exit code 1.\n\n\
          Codes are stable: scripts may rely on them. This page is written from `src/report/doubt.rs`.\n\n\
          | code | found in | limit | meaning |\n|---|---|---|---|\n",
     );

@@ -4,7 +4,9 @@ use rayon::prelude::*;
 
 use crate::cad::Model;
 use crate::cad::model::Face;
+use crate::cad::offset::OffsetReport;
 use crate::geometry::Vec3;
+use crate::report::doubt::{Doubt, DoubtCode};
 
 /// Accuracy of vector areas relative to the squared size of a face.
 const AREA_ACCURACY_REL: f64 = 1e-6;
@@ -86,6 +88,33 @@ pub fn signed_distance(
     Ok(-active * fraction * thickness)
 }
 
+/// Deviation of distances from the CAD, over the accuracy of an offset, above which it is doubtful. Smaller: fitted faces
+/// at edges with gaps raise doubts. Doubled: errors of four times the printed accuracy pass.
+const INEXACT_RATIO: f64 = 2.0;
+
+/// Doubts about an offset: its self-intersections were not searched for everywhere, or it is not at its distance.
+#[must_use]
+pub fn doubts(report: &OffsetReport) -> Vec<Doubt> {
+    let place = format!("offset by {} mm", report.distance_mm);
+    let unchecked = || {
+        let text = "The search for self-intersections of the offset ended at its work limit. Choose fewer faces, or look at the tool where parts of the CAD are close to each other.";
+        Doubt::new(DoubtCode::OffsetUnchecked, place.clone(), text.into())
+    };
+    let accuracy = report.tolerance_mm.max(report.gap.distance).max(report.join_tolerance_mm);
+    let limit = INEXACT_RATIO * accuracy;
+    let distance = report.distance_mm.abs();
+    let [least, most] = report.distances_mm;
+    let off = (distance - least).max(most - distance);
+    let inexact = || {
+        let text = format!(
+            "Points of the offset are {least:.6} to {most:.6} mm from the CAD, not {distance} mm; allowed: a deviation of {limit:.1e} mm. The offset intersects itself, or a face of it is wrong. Choose other faces or a smaller distance, and compare with the offset of another CAD system."
+        );
+        Doubt::of(DoubtCode::OffsetInexact, place.clone(), [off, limit], text)
+    };
+    let unchecked = (!report.complete).then(unchecked);
+    unchecked.into_iter().chain((off > limit).then(inexact)).collect()
+}
+
 /// Vector area and area of a model [mm^2].
 fn areas(model: &Model) -> (Vec3, f64) {
     let of_face = |f: &Face| (f.vector_area(AREA_ACCURACY_REL), f.area(AREA_ACCURACY_REL));
@@ -136,6 +165,26 @@ mod tests {
         let below = Some(-Vec3::z());
         assert_eq!([Lower, Middle, Upper].map(|r| of(below, false, r)), [0.8, 0.4, 0.0]);
         assert_eq!([Lower, Middle, Upper].map(|r| of(below, true, r)), [0.0, -0.4, -0.8]);
+    }
+
+    #[test]
+    fn an_offset_off_its_distance_or_unchecked_is_doubtful() {
+        let sound = OffsetReport {
+            distance_mm: -0.8,
+            join_tolerance_mm: 1e-5,
+            distances_mm: [0.79999, 0.80001],
+            complete: true,
+            ..OffsetReport::default()
+        };
+        assert!(doubts(&sound).is_empty());
+        let codes = |report: &OffsetReport| -> Vec<&str> {
+            doubts(report).iter().map(|d| d.code.as_str()).collect()
+        };
+        let near = OffsetReport { distances_mm: [0.79, 0.8], ..sound.clone() };
+        assert_eq!(codes(&near), ["offset-inexact"]);
+        assert!(doubts(&OffsetReport { tolerance_mm: 0.006, ..near }).is_empty());
+        let far = OffsetReport { distances_mm: [0.8, 0.8001], complete: false, ..sound };
+        assert_eq!(codes(&far), ["offset-unchecked", "offset-inexact"]);
     }
 
     #[test]

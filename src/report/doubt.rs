@@ -34,7 +34,7 @@ macro_rules! codes {
                 match self { $(Self::$name => $code,)* }
             }
 
-            /// What raises it: `scene` (`check`, and mostly also `run`), `result` (`run`) or `audit`.
+            /// What raises it: `scene` (`check`, and mostly also `run`), `result` (`run`), `audit` or `convert`.
             #[must_use]
             pub const fn found_by(self) -> &'static str {
                 match self { $(Self::$name => $found,)* }
@@ -200,12 +200,20 @@ codes! {
     PointsLost "points-lost" "audit"
         "any point of a patch that is not finite or has no closest point"
         "Points of the tool could not be compared with the CAD.";
+    /// Self-intersections of an offset were not searched for everywhere.
+    OffsetUnchecked "offset-unchecked" "convert"
+        "1 000 000 searches for closest points, and 10 000 for each face"
+        "The search for self-intersections of an offset ended at its work limit: the tool may pass through itself.";
+    /// An offset is not at its distance from the CAD.
+    OffsetInexact "offset-inexact" "convert"
+        "twice the accuracy of fitted faces, the gap at edges or the joining tolerance, whichever is largest"
+        "Points of an offset are not at its distance from the CAD: the offset intersects itself, or a face of it is wrong.";
     /// Shape error above the tolerance.
-    ToleranceExceeded "tolerance-exceeded" "audit"
+    ToleranceExceeded "tolerance-exceeded" "audit, convert"
         "`tolerance_mm` of the audit"
         "The tool is farther from its CAD than asked.";
     /// Distance between free borders of tool and CAD above the tolerance.
-    BordersExceeded "borders-exceeded" "audit"
+    BordersExceeded "borders-exceeded" "audit, convert"
         "`tolerance_mm` of the audit"
         "The tool does not end where the CAD ends: it is cut short, goes beyond a trimmed border, or closes an opening.";
     /// Gaps above the tolerance between faces that were divided independently.

@@ -12,9 +12,7 @@ use crate::scene::types::SymmetryPlane;
 use crate::solver::FacePenetration;
 use crate::solver::IncrementReport;
 use crate::solver::penetration::Inside;
-
-/// Penetration of a node over the thickness above which it is recorded at the end of a stage.
-const INSIDE_TOOL_DEPTH_MIN_REL: f64 = 0.1;
+use crate::solver::report::REPORTED_DEPTH_REL;
 
 impl RunRecord {
     /// Records nodes inside tools at the end of a stage. `thickness` of the sheet [mm].
@@ -23,7 +21,7 @@ impl RunRecord {
             let known = self
                 .inside_tool
                 .as_ref()
-                .map_or(INSIDE_TOOL_DEPTH_MIN_REL * thickness, |known| known.depth_mm);
+                .map_or(REPORTED_DEPTH_REL * thickness, |known| known.depth_mm);
             if inside.depth > known {
                 self.inside_tool = Some(InsideToolRecord {
                     tool: inside.tool,

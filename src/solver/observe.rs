@@ -3,7 +3,7 @@
 use crate::solver::contact::candidate::ContactSet;
 use crate::solver::contact::face_penetration::FacePenetration;
 use crate::solver::error::SimulationError;
-use crate::solver::report::{Control, IncrementReport, ToolReport};
+use crate::solver::report::{Control, IncrementReport, REPORTED_DEPTH_REL, ToolReport};
 use crate::solver::stage::state::Simulation;
 use crate::solver::system::system::System;
 use crate::solver::tools::motion::Motion;
@@ -58,7 +58,7 @@ impl Simulation {
             energies: self.energies,
             rounding_work: self.rounding_work(),
             volume_balance: sys.body.volume_balance(&sys.u),
-            over_edge: sys.over_edge(),
+            over_edge: sys.over_edge(REPORTED_DEPTH_REL),
             face_penetration,
             contacts: sys.contact.active().count(),
             slipping: sys.conditions.iter().filter(|c| c.slipping).count(),

@@ -9,6 +9,10 @@ use crate::solver::contact::face_penetration::FacePenetration;
 use crate::solver::newton::record::IterationRecord;
 use crate::solver::system::timings::Timings;
 
+/// Depth over the thickness above which overhangs and nodes inside a tool are reported; less changes forces by less than
+/// the mesh does.
+pub const REPORTED_DEPTH_REL: f64 = 0.1;
+
 /// Work since the start of the run [mJ], of the complete process.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {

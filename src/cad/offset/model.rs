@@ -48,6 +48,8 @@ pub struct OffsetReport {
     pub radius_mm: f64,
     /// See [`Self::radius_mm`].
     pub radius_at: Vec3,
+    /// Joining tolerance of the original model [mm].
+    pub join_tolerance_mm: f64,
     /// Smallest and largest distance of points of the offset from the original model [mm].
     pub distances_mm: [f64; 2],
     /// False when the search for self-intersections reached its limit.
@@ -86,6 +88,7 @@ pub fn offset_model(
         gap,
         radius_mm,
         radius_at,
+        join_tolerance_mm: model.join_tolerance,
         distances_mm: distances(&search, &offset),
         complete: found.complete,
     };

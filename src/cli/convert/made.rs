@@ -11,8 +11,14 @@ use crate::convert::bezier::Within;
 use crate::convert::reach::Reached;
 use crate::report::doubt::Doubt;
 
-/// A tool whose file is written.
-pub(super) enum Made {
+/// A tool whose file is written, with doubts about the offset of the CAD.
+pub(super) struct Made {
+    pub(super) tool: MadeTool,
+    pub(super) offset_doubts: Vec<Doubt>,
+}
+
+/// A tool by the kind of its patches.
+pub(super) enum MadeTool {
     /// Nagata patches or facets.
     Patches { made: Box<Converted>, reached: Option<Reached> },
     /// Bezier patches.
@@ -22,31 +28,33 @@ pub(super) enum Made {
 impl Made {
     /// Prints the figures of the tool, and warnings.
     pub(super) fn print(&self, args: &ConvertArgs) {
-        match self {
-            Self::Patches { made, reached } => {
+        match &self.tool {
+            MadeTool::Patches { made, reached } => {
                 print_report(made);
                 warn_of_folds(args, made);
                 reached.iter().for_each(print_reach);
             }
-            Self::Bezier { within, reached } => print_within(within, reached.as_ref()),
+            MadeTool::Bezier { within, reached } => print_within(within, reached.as_ref()),
         }
     }
 
-    /// Doubts about the tool: tolerances that are exceeded.
+    /// Doubts about the tool: of its offset, and tolerances that are exceeded.
     pub(super) fn doubts(&self) -> Vec<Doubt> {
-        match self {
-            Self::Patches { made, .. } => made.refined.iter().flat_map(Fit::doubts).collect(),
-            Self::Bezier { .. } => Vec::new(),
-        }
+        let fit = match &self.tool {
+            MadeTool::Patches { made, .. } => made.refined.as_ref(),
+            MadeTool::Bezier { .. } => None,
+        };
+        let of_offset = self.offset_doubts.iter().cloned();
+        of_offset.chain(fit.into_iter().flat_map(Fit::doubts)).collect()
     }
 
     /// Numbers of faces and patches, and the shape error where it is known.
     pub(super) fn figures(&self) -> String {
-        let (tool, error_mm) = match self {
-            Self::Patches { made, .. } => {
+        let (tool, error_mm) = match &self.tool {
+            MadeTool::Patches { made, .. } => {
                 (&made.tool, made.refined.as_ref().map(|fit| fit.audit.worst_mm()))
             }
-            Self::Bezier { within, .. } => (&within.tool, Some(within.report.error_mm)),
+            MadeTool::Bezier { within, .. } => (&within.tool, Some(within.report.error_mm)),
         };
         let faces: BTreeSet<u32> = tool.faces.iter().copied().collect();
         let error = error_mm.map_or_else(String::new, |e| format!(", shape error {e:.5} mm"));

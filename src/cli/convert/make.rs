@@ -7,13 +7,14 @@ use super::args::{Borders, ConvertArgs, Edge, Kind, SheetSide};
 use super::converted::{Converted, Fit};
 use super::folds::refuse_folds;
 use super::kinds::bezier;
-use super::made::Made;
+use super::made::{Made, MadeTool};
 use super::offset::offset_of;
 use super::options::{options, stem};
 use super::provenance::provenance;
 use crate::cad::Model;
 use crate::cli::exit::Failure;
 use crate::cli::skip::{renumbered, skipping};
+use crate::convert::offset::doubts;
 use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
 use crate::convert::tolerance::Borders as Meeting;
 use crate::convert::tolerance::{Goal, ToleranceError, to_patches, to_tolerance_in_time};
@@ -36,7 +37,9 @@ pub(super) fn make_tool(args: &ConvertArgs, whole: &Model) -> Result<Made, Failu
     let moved = offset_of(args, whole, numbers)?;
     let whole = moved.as_ref().map_or(whole, |m| &m.model);
     let made = tool_of(args, whole, numbers, moved.as_ref().map(|m| m.report.distance_mm));
-    made.map_err(|failure| renumbered(failure, |f| numbers.map_or(f, |numbers| numbers[f])))
+    let tool =
+        made.map_err(|failure| renumbered(failure, |f| numbers.map_or(f, |numbers| numbers[f])))?;
+    Ok(Made { tool, offset_doubts: moved.map_or_else(Vec::new, |m| doubts(&m.report)) })
 }
 
 /// Makes the tool of a model; `numbers` are those of its faces in the file, which is offset by `offset_mm`.
@@ -45,12 +48,12 @@ fn tool_of(
     whole: &Model,
     numbers: Option<&[usize]>,
     offset_mm: Option<f64>,
-) -> Result<Made, Failure> {
+) -> Result<MadeTool, Failure> {
     let reached = args.how.reach.as_deref().map(|scene| reach(args, scene, whole)).transpose()?;
     let model = reached.as_ref().map_or(whole, |r| &r.model);
     if args.how.kind == Kind::Bezier {
         let within = Box::new(bezier(args, model, reached.as_ref(), numbers, offset_mm)?);
-        return Ok(Made::Bezier { within, reached });
+        return Ok(MadeTool::Bezier { within, reached });
     }
     let options = options(args, reached.as_ref());
     let (mut made, part) = skipping(args.how.mesher.skips_faces(), model, |model| {
@@ -72,7 +75,7 @@ fn tool_of(
     let lost = part.as_ref().map_or(&whole.lost, |p| &p.model.lost);
     let provenance = provenance(args, (whole, lost), error_mm, reached.as_ref(), offset_mm)?;
     ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
-    Ok(Made::Patches { made: Box::new(made), reached })
+    Ok(MadeTool::Patches { made: Box::new(made), reached })
 }
 
 /// Converts a model.

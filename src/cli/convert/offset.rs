@@ -4,7 +4,7 @@ use super::args::{ConvertArgs, SheetSide};
 use crate::cad::Model;
 use crate::cad::offset::{OffsetModel, OffsetReport, offset_model};
 use crate::cli::exit::Failure;
-use crate::cli::terminal::{err, out};
+use crate::cli::terminal::out;
 use crate::convert::offset::signed_distance;
 
 /// Gap at an edge above which it is printed [mm]; smaller ones are rounding of the file.
@@ -59,11 +59,6 @@ fn print(report: &OffsetReport, faces: usize) {
             p.x,
             p.y,
             p.z
-        );
-    }
-    if !report.complete {
-        err!(
-            "warning: the search for self-intersections of the offset ended at its work limit; audit the tool, or choose fewer faces"
         );
     }
 }

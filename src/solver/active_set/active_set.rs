@@ -6,10 +6,9 @@ use crate::geometry::Vec3;
 use crate::solver::contact::candidate::Candidate;
 use crate::solver::limits::Limits;
 use crate::solver::linear::LinearError;
-use crate::solver::numbers::tolerances::ROUNDING_REL;
+use crate::solver::numbers::tolerances::{ACCURACY_REL, ROUNDING_REL};
 use crate::solver::system::correction::{Correction, Foretold};
 use crate::solver::system::system::System;
-use crate::solver::tools::way::TOUCHING_GAP_REL;
 
 /// Updates the active set at a new iterate, after the contact search; returns the number of wrong pairs and tools.
 /// Forces are those predicted by the last correction; gaps, travels and pushes are those of the iterate.
@@ -146,7 +145,7 @@ fn gaps(sys: &System, open: f64, gap: impl Fn(&Candidate) -> f64) -> Vec<Gap> {
 
 /// Adds every node without contact that touches a tool.
 pub(in crate::solver) fn take_in(sys: &mut System) {
-    let gap = TOUCHING_GAP_REL * sys.lengths.shortest_edge;
+    let gap = ACCURACY_REL * sys.lengths.shortest_edge;
     let gaps = gaps(sys, gap, |c| c.foot.gap);
     let predicted = Predicted { forces: Vec::new(), gaps, tools: Vec::new() };
     let tolerances = Tolerances { tension: 0.0, travel: 0.0, gap };

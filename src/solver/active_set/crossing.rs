@@ -7,9 +7,10 @@
 
 use crate::geometry::Vec3;
 use crate::solver::contact::candidate::Candidate;
+use crate::solver::numbers::tolerances::ACCURACY_REL;
 use crate::solver::system::system::System;
 use crate::solver::tools::tool::Tool;
-use crate::solver::tools::way::{RESOLUTION_REL, TOUCHING_GAP_REL, advance};
+use crate::solver::tools::way::{RESOLUTION_REL, advance};
 
 /// Minimum cosine of the turn of the surface between entry and exit of a chord. A node that slides over a right-angled
 /// corner in one step has a turn of 90 degrees; the margin of 6 degrees keeps rounding from deciding.
@@ -58,7 +59,7 @@ impl Candidate {
                     return true;
                 }
             }
-            outside |= depth <= TOUCHING_GAP_REL * reach;
+            outside |= depth <= ACCURACY_REL * reach;
         }
         chord.is_some_and(|chord| {
             let out_of_contact = chord.entered && !held;

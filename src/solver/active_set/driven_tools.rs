@@ -2,10 +2,11 @@
 
 use crate::solver::contact::candidate::Candidate;
 use crate::solver::linear::LinearError;
+use crate::solver::numbers::tolerances::ACCURACY_REL;
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
-use crate::solver::tools::way::{FACING_COS_MIN, TOUCHING_GAP_REL};
+use crate::solver::tools::way::FACING_COS_MIN;
 
 /// A tool driven by force needs resistance: the first node along its direction, or its stop if that is closer. A
 /// distant tool, or one that only passes close nodes, is moved to the sheet. Returns the number of changes.
@@ -97,7 +98,7 @@ pub(in crate::solver) fn first_along_direction(sys: &System, tool: usize) -> Opt
     };
     // Among candidates equally close up to rounding, the first.
     let near = candidates().map(|w| w.1).fold(f64::INFINITY, f64::min)
-        + TOUCHING_GAP_REL * sys.lengths.shortest_edge;
+        + ACCURACY_REL * sys.lengths.shortest_edge;
     candidates().find(|w| w.1 <= near)
 }
 

@@ -7,10 +7,6 @@ use crate::solver::contact::candidate::Candidate;
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 
-/// Minimum depth of an edge below the straight line between two nodes to be reported, over the thickness. It is that of
-/// nodes inside a tool that are reported; less changes forces by less than the mesh does.
-const OVERHANG_DEPTH_REL: f64 = 0.1;
-
 /// Nodes past the free border of a tool where the sheet overhangs it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OverEdge {
@@ -25,9 +21,10 @@ pub struct OverEdge {
 }
 
 impl System {
-    /// The deepest overhang, if there is one.
-    pub(in crate::solver) fn over_edge(&self) -> Option<OverEdge> {
-        let allowed = OVERHANG_DEPTH_REL * self.body.mesh().mean_thickness();
+    /// The deepest overhang, if an edge is deeper below the straight line between two nodes than `depth_rel` times the
+    /// thickness.
+    pub(in crate::solver) fn over_edge(&self, depth_rel: f64) -> Option<OverEdge> {
+        let allowed = depth_rel * self.body.mesh().mean_thickness();
         let found = (0..self.tools.len()).filter(|&tool| self.roles[tool] != Role::Absent);
         let found = found.filter_map(|tool| self.over_edge_of(tool, allowed));
         found.max_by(|a, b| a.depth.total_cmp(&b.depth))

@@ -8,7 +8,7 @@ pub(crate) const ROUNDING_REL: f64 = 1e-10;
 
 /// Relative accuracy of a converged state and of given geometry: by default equilibrium holds to this fraction of the
 /// contact forces ([`crate::solver::Limits::force_tolerance`]). Smaller differences between two such states mean
-/// nothing.
+/// nothing, and a point at such a gap over the length of an edge lies on a tool.
 pub(crate) const ACCURACY_REL: f64 = 1e-6;
 
 /// Relative difference that is negligible: two values that differ by less count as equal in a choice between them,
@@ -17,7 +17,8 @@ pub(crate) const ACCURACY_REL: f64 = 1e-6;
 pub(crate) const NEGLIGIBLE_REL: f64 = 1e-3;
 
 /// Unbalanced or viscous force over its reference below which equilibrium is near: the linearisation is accurate,
-/// corrections are applied in full, active sets that return indicate cycling, and viscous forces may be removed. Above
+/// corrections are applied in full, active sets that return indicate cycling, and viscous forces, or the last force of a
+/// tool that is released, may be removed. Above
 /// a few hundredths yielding and stick of single points still dominate the residual.
 pub(crate) const NEAR_EQUILIBRIUM_REL: f64 = 1e-2;
 

@@ -3,10 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::description::Stage;
+use crate::solver::numbers::tolerances::NEAR_EQUILIBRIUM_REL;
 use crate::solver::tools::motion::Motion;
-
-/// Remaining fraction of the force of a tool at its release.
-const REMAINING_FORCE_RATIO: f64 = 0.01;
 
 /// Quantities fixed at the start of a stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -67,7 +65,7 @@ impl Plan {
     /// Force of a tool that moves back with the sheet before its release [N], of the complete process.
     pub(in crate::solver) fn going_back(&self, tool: usize, share: f64) -> Option<f64> {
         let force = self.start_forces[tool];
-        let left = 1.0 - (1.0 - REMAINING_FORCE_RATIO) * share / self.at;
+        let left = 1.0 - (1.0 - NEAR_EQUILIBRIUM_REL) * share / self.at;
         let stays = self.kept.as_ref().is_some_and(|(kept, _)| *kept == tool);
         (!self.gone).then_some(if stays { 0.0 } else { force * left })
     }

@@ -2,12 +2,11 @@
 
 use crate::contact::{Projection, ToolSurface};
 use crate::geometry::Vec3;
+use crate::solver::numbers::tolerances::ACCURACY_REL;
 
 /// Minimum cosine between the direction of a tool and a contact normal; below, the surface is a wall along the
 /// direction and makes no contact.
 pub(in crate::solver) const FACING_COS_MIN: f64 = 0.05;
-/// Gap below which a point lies on the surface, over an edge length of the mesh.
-pub(in crate::solver) const TOUCHING_GAP_REL: f64 = 1e-6;
 /// Minimum step along the line over the search radius: features of this size are resolved.
 pub(in crate::solver) const RESOLUTION_REL: f64 = 0.01;
 
@@ -45,7 +44,7 @@ pub(in crate::solver) fn distance_along(
         return None;
     }
     advance(surface, place, &-along, [distance_max, reach]).find_map(|(distance, foot)| {
-        let (on_it, facing) = (foot.gap <= TOUCHING_GAP_REL * reach, foot.normal.dot(along));
+        let (on_it, facing) = (foot.gap <= ACCURACY_REL * reach, foot.normal.dot(along));
         let meets = on_it && !foot.past_border && facing > FACING_COS_MIN && pushes(&foot.normal);
         meets.then(|| distance + foot.gap / facing)
     })

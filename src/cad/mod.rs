@@ -36,6 +36,8 @@ pub mod trim_region;
 
 use std::path::Path;
 
+use crate::files::FileKind;
+
 pub use build::Creases;
 pub use diagnostic::{Diagnostic, Severity};
 pub use error::CadError;
@@ -70,42 +72,26 @@ pub fn read_curves(path: &Path) -> Result<Vec<crate::geometry::nurbs::Curve3>, C
     let bytes = crate::files::read(path, crate::files::Input::Cad)
         .map_err(|source| CadError::Io { path: path.to_path_buf(), source })?;
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let is_step = bytes[..bytes.len().min(4096)].windows(12).any(|w| w == b"ISO-10303-21");
-    if is_step { step::read_curves(&bytes, &name) } else { iges::read_curves(&bytes, &name) }
+    if FileKind::of(&bytes) == Some(FileKind::Step) {
+        step::read_curves(&bytes, &name)
+    } else {
+        iges::read_curves(&bytes, &name)
+    }
 }
-
-/// First bytes of compressed files.
-const GZIP_START: [u8; 2] = [0x1f, 0x8b];
-/// See [`GZIP_START`].
-const ZIP_START: &[u8] = b"PK\x03\x04";
 
 /// Identifies IGES or STEP by content and parses the bytes.
 ///
 /// # Errors
 /// [`CadError`] as for [`read`].
 pub fn read_raw(bytes: &[u8], name: &str) -> Result<raw::RawModel, CadError> {
-    let head = &bytes[..bytes.len().min(4096)];
-    let step = head.windows(12).any(|w| w == b"ISO-10303-21");
-    let text = |b: &u8| !b.is_ascii_control() || b.is_ascii_whitespace();
-    let iges = head.len() > 72 && head[72] == b'S'
-        || head
-            .split(|b| *b == b'\n')
-            .any(|line| line.len() > 72 && matches!(line[72], b'S' | b'G'));
-    if step {
-        step::read_bytes(bytes, name)
-    } else if iges {
-        iges::read_bytes(bytes, name)
-    } else {
-        let found = if bytes.is_empty() {
-            "an empty file".to_owned()
-        } else if head.starts_with(&GZIP_START) || head.starts_with(ZIP_START) {
-            "a compressed file (gzip or zip), to be unpacked first".to_owned()
-        } else if head.iter().all(text) {
-            let first: String = String::from_utf8_lossy(head).chars().take(40).collect();
-            format!("text that begins with {first:?}")
-        } else {
-            "bytes that are no text".to_owned()
-        };
-        Err(CadError::UnknownFormat { file: name.to_owned(), found })
-    }
+    let found = match FileKind::of(bytes) {
+        Some(FileKind::Step) => return step::read_bytes(bytes, name),
+        Some(FileKind::Iges) => return iges::read_bytes(bytes, name),
+        Some(other) => other.to_string(),
+        None => {
+            let first = String::from_utf8_lossy(&bytes[..bytes.len().min(160)]);
+            format!("text that begins with {:?}", first.chars().take(40).collect::<String>())
+        }
+    };
+    Err(CadError::UnknownFormat { file: name.to_owned(), found })
 }

@@ -2,15 +2,17 @@
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use super::exit::{EXIT_HELP, finish};
 use super::threads::use_threads;
-use super::{audit, convert, inspect, material, mesh, report, stop, study};
+use super::{
+    audit, convert, init, inspect, material, mesh, report, schema, shell, solve, stop, study,
+};
 
 /// Turns the CAD of a forming die into smooth, audited tool models.
 #[derive(Debug, Parser)]
-#[command(name = "kanagata", version, after_help = EXIT_HELP)]
+#[command(name = "kanagata", version, long_version = crate::run::build::version(), after_help = EXIT_HELP)]
 struct Kanagata {
     /// Threads to use; results are the same for any number of them.
     #[arg(long, global = true, value_name = "N")]
@@ -31,12 +33,20 @@ enum Command {
     Split(convert::SplitArgs),
     /// Measure the shape error of a tool file against its CAD (Eq. 24)
     Audit(audit::AuditArgs),
+    /// Write a scene to start from, proposed from tools or CAD
+    Init(init::InitArgs),
     /// Run the cases of a study and compare them
     Study(study::StudyArgs),
     /// Write report.html of a case or another run that has ended, from its files
     Report(report::ReportArgs),
     /// List and show the sheet materials of the solver
     Material(material::MaterialArgs),
+    /// Print the JSON schema of a file, for editors
+    Schema(schema::SchemaArgs),
+    /// Print a script that completes arguments in a shell
+    Completions(shell::CompletionsArgs),
+    /// Write manual pages of both programs
+    Man(shell::ManArgs),
 }
 
 /// Runs the program with the arguments of the process.
@@ -53,16 +63,24 @@ pub fn main() -> ExitCode {
         Command::Convert(args) => convert::run(&args),
         Command::Split(args) => convert::run_split(&args),
         Command::Audit(args) => audit::run(&args),
+        Command::Init(args) => init::run(&args),
         Command::Study(args) => study::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Material(args) => material::run(&args),
+        Command::Schema(args) => schema::run(&args),
+        Command::Completions(args) => shell::completions(&args, programs()),
+        Command::Man(args) => shell::man(&args, programs()),
     })
+}
+
+/// The descriptions of the arguments of both programs.
+fn programs() -> [clap::Command; 2] {
+    [Kanagata::command(), solve::command()]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {

@@ -11,6 +11,7 @@ use crate::convert::bezier::BezierError;
 use crate::convert::reach::ReachError;
 use crate::convert::select::SelectError;
 use crate::convert::tolerance::ToleranceError;
+use crate::files::{FileKind, WrongKind};
 use crate::mesh::MeshError;
 use crate::run::lock::Holder;
 use crate::run::report::ReportError;
@@ -174,13 +175,36 @@ fn of_audit(error: &AuditError) -> Option<String> {
     }
 }
 
-fn of_tool_file(_: &ToolFileError) -> Option<String> {
-    Some(CONVERT.into())
+fn of_tool_file(error: &ToolFileError) -> Option<String> {
+    if let ToolFileError::Kind(wrong) = error { of_kind(wrong) } else { Some(CONVERT.into()) }
+}
+
+/// What to do with a file of another kind than expected.
+fn of_kind(wrong: &WrongKind) -> Option<String> {
+    let try_this = match (wrong.found, wrong.expected) {
+        (FileKind::Step | FileKind::Iges | FileKind::Mesh, FileKind::Tool) => {
+            "`kanagata convert FILE -o NAME.tool.json` makes a tool file of it"
+        }
+        (FileKind::Step | FileKind::Iges | FileKind::Mesh, _) => {
+            "`kanagata convert FILE -o NAME.tool.json` makes a tool file of it, which a scene names as `file` of a tool"
+        }
+        (FileKind::Tool, _) => {
+            "name it as `file` of a tool in a scene; `kanagata audit` measures its shape error"
+        }
+        (FileKind::Scene, _) => "`kanagata-solve check` and `kanagata-solve run` take scenes",
+        (FileKind::Study, _) => "`kanagata study` takes studies",
+        (FileKind::Run | FileKind::Case, _) => {
+            "`kanagata-solve status` and `kanagata report` take the folder of this file"
+        }
+        _ => return None,
+    };
+    Some(try_this.into())
 }
 
 fn of_scene(error: &SceneError) -> Option<String> {
     match error {
         SceneError::Tool { cause, .. } => of_tool_file(cause),
+        SceneError::Kind(wrong) => of_kind(wrong),
         SceneError::Value { place, .. } => of_key(place),
         SceneError::CardFile { .. } | SceneError::Material { .. } => Some(MATERIALS.into()),
         _ => None,
@@ -258,6 +282,7 @@ fn of_report(error: &ReportError) -> Option<String> {
 
 fn of_study(error: &StudyError) -> Option<String> {
     match error {
+        StudyError::Kind(wrong) => of_kind(wrong),
         StudyError::Start { .. } => {
             Some("`kanagata-solve` beside `kanagata` (cargo build --release makes both)".into())
         }

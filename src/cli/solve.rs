@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use super::exit::{EXIT_HELP, finish};
 use super::threads::use_threads;
@@ -10,7 +10,7 @@ use super::{case, check, report, run, status, stop};
 
 /// Forms a sheet against rigid tools with an implicit finite-element solver.
 #[derive(Debug, Parser)]
-#[command(name = "kanagata-solve", version, long_version = crate::run::build::BUILD, after_help = EXIT_HELP)]
+#[command(name = "kanagata-solve", version, long_version = crate::run::build::version(), after_help = EXIT_HELP)]
 struct Solve {
     /// Threads to use; results are the same for any number of them.
     #[arg(long, global = true, value_name = "N")]
@@ -33,6 +33,11 @@ enum Command {
     Report(report::ReportArgs),
 }
 
+/// The description of the program's arguments.
+pub(super) fn command() -> clap::Command {
+    Solve::command()
+}
+
 /// Runs the program with the arguments of the process.
 #[must_use]
 pub fn main() -> ExitCode {
@@ -53,7 +58,6 @@ pub fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {

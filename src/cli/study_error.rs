@@ -10,6 +10,7 @@ impl From<StudyError> for Failure {
         let input = matches!(
             error,
             StudyError::Value { .. }
+                | StudyError::Kind(_)
                 | StudyError::Busy { .. }
                 | StudyError::OtherRuns { .. }
                 | StudyError::OtherRunner { .. }

@@ -5,14 +5,17 @@
 //! - `exclusive`: files that only one process can create, and the clock of the file server
 //! - `temporary`: files, folders and child programs to remove when the process ends early
 //! - `digest`: SHA-256
+//! - `kind`: what a file is, by its first bytes
 
 pub mod digest;
 pub mod exclusive;
 pub mod input;
+pub mod kind;
 pub mod output;
 pub mod temporary;
 
 pub use digest::{Sha256Writer, sha256_hex};
 pub use exclusive::{create_new, random, server_time, unique_beside};
 pub use input::{Input, open, read, read_system, read_text};
+pub use kind::{FileKind, WrongKind};
 pub use output::{WriteError, create_log, remove_where, sweep, write_atomic};

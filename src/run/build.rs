@@ -1,10 +1,19 @@
 //! Identity of this program's build and of the processor's instructions that it uses. Results of the same build on the
 //! same class of processors are the same bits.
 
+use std::sync::OnceLock;
+
 use pulp::Arch;
 
 /// Version, commit, profile and features of this build.
 pub const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), " ", env!("KANAGATA_BUILD"));
+
+/// [`BUILD`] and the class of the processor, for `--version`.
+#[must_use]
+pub fn version() -> &'static str {
+    static VERSION: OnceLock<String> = OnceLock::new();
+    VERSION.get_or_init(|| format!("{BUILD} {}", cpu_class()))
+}
 
 /// Class of the processor's vector instructions that are used: `x86-v4` (AVX-512), `x86-v3` (AVX2 and FMA), `aarch64`, or
 /// `scalar`. Sums of different classes differ in rounding.

@@ -20,6 +20,7 @@ pub mod lock;
 pub mod necking;
 mod options;
 pub mod progress_line;
+pub mod propose;
 #[cfg(feature = "pages")]
 pub mod report;
 pub mod resources;

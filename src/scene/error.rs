@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::files::WrongKind;
 use crate::solver::material::card::CardError;
 use crate::tool::file::ToolFileError;
 
@@ -33,6 +34,9 @@ pub enum SceneError {
         /// The error of the parser.
         found: String,
     },
+    /// The file is of another kind.
+    #[error(transparent)]
+    Kind(#[from] WrongKind),
     /// The scene is not valid with the values that were set from outside.
     #[error("{} with {set}: {cause}", path.display())]
     Set {

@@ -36,7 +36,7 @@ mod validate;
 
 use std::path::PathBuf;
 
-use crate::files::WriteError;
+use crate::files::{WriteError, WrongKind};
 use crate::run::lock::Holder;
 
 /// Why a study cannot be read or run.
@@ -52,6 +52,9 @@ pub enum StudyError {
         #[source]
         source: std::io::Error,
     },
+    /// The file of the study is of another kind.
+    #[error(transparent)]
+    Kind(#[from] WrongKind),
     /// A folder cannot be created.
     #[error("cannot make the folder {}: {source}; check that there is room and no file of its name", path.display())]
     Folder {

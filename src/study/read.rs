@@ -10,6 +10,7 @@ use super::patches::{self, PatchStudy};
 use super::stability::StabilityStudy;
 use super::table_cases::{self, CaseTable};
 use super::validate;
+use crate::files::FileKind;
 use crate::scene::comments::without_comments;
 
 /// Content of a study file.
@@ -70,6 +71,9 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Description, StudyError> {
         found: e.to_string(),
         allowed: allowed.into(),
     };
+    if let Some(other) = FileKind::other_than(FileKind::Study, bytes, path.to_path_buf()) {
+        return Err(StudyError::Kind(other));
+    }
     let bytes = without_comments(bytes);
     let value: Value = serde_json::from_slice(&bytes).map_err(|e| fault(e, "JSON"))?;
     if value.get("format").and_then(Value::as_str) == Some("kanagata-stability") {

@@ -11,7 +11,7 @@ use super::model::{GivenCurve, PatchCorners, ToolKind, ToolModel};
 use super::patch::{MAX_DEGREE, Patch};
 pub use super::provenance::Provenance;
 use super::side::corners;
-use crate::files::{WriteError, write_atomic};
+use crate::files::{FileKind, WriteError, WrongKind, write_atomic};
 use crate::geometry::numbers::first_fault;
 use crate::geometry::{Aabb, Vec3};
 
@@ -109,6 +109,9 @@ pub enum ToolFileError {
         /// Message of the parser.
         found: String,
     },
+    /// The file is of another kind.
+    #[error(transparent)]
+    Kind(#[from] WrongKind),
     /// An unsupported version.
     #[error("{}: tool file version {found}; allowed: {VERSION}; convert the CAD again", path.display())]
     Version {
@@ -163,11 +166,17 @@ pub fn read(path: &Path) -> Result<LoadedTool, ToolFileError> {
 /// # Errors
 /// As [`read`], except for [`ToolFileError::Io`].
 pub fn parse(bytes: &[u8], path: &Path) -> Result<LoadedTool, ToolFileError> {
-    let file: ToolFile = serde_json::from_slice(bytes).map_err(|e| ToolFileError::Syntax {
-        path: path.to_path_buf(),
-        line: e.line(),
-        column: e.column(),
-        found: e.to_string(),
+    let file: ToolFile = serde_json::from_slice(bytes).map_err(|e| {
+        let path = path.to_path_buf();
+        FileKind::other_than(FileKind::Tool, bytes, path.clone()).map_or_else(
+            || ToolFileError::Syntax {
+                path,
+                line: e.line(),
+                column: e.column(),
+                found: e.to_string(),
+            },
+            ToolFileError::Kind,
+        )
     })?;
     if file.version != VERSION {
         return Err(ToolFileError::Version { path: path.to_path_buf(), found: file.version });

@@ -18,6 +18,7 @@ mod split;
 pub use self::args::ConvertArgs;
 use self::kinds::exchange;
 use self::make::make_tool;
+pub(super) use self::split::named_bodies;
 pub use self::split::{SplitArgs, run as run_split};
 use super::exit::{Exit, Failure};
 use super::read::read_model;

@@ -118,8 +118,13 @@ fn bodies_of(args: &SplitArgs, whole: &Model) -> Result<Vec<(usize, String)>, Fa
             found.len()
         )));
     }
+    Ok(named_bodies(whole, found))
+}
+
+/// Bodies with the names of their tool files without `.tool.json`.
+pub(in crate::cli) fn named_bodies(model: &Model, bodies: BTreeSet<usize>) -> Vec<(usize, String)> {
     let mut used = BTreeSet::new();
-    Ok(found.into_iter().map(|b| (b, file_name(whole.bodies.get(b), b, &mut used))).collect())
+    bodies.into_iter().map(|b| (b, file_name(model.bodies.get(b), b, &mut used))).collect()
 }
 
 /// File name of a body, unique whatever the case of its letters: its own name, or its number.

@@ -4,6 +4,7 @@ use super::clamping::Clamping;
 use super::curvature::{FLAT_ANGLE, PrincipalCurvature, corners, principal_curvatures};
 use super::element_size::{Size, Sizes};
 use super::finding::Finding;
+use crate::contact::ToolSurface;
 use crate::geometry::{Aabb, Vec3};
 use crate::report::doubt::{DoubtCode, place_mm};
 use crate::run::cost::{Cost, TIME_EXPONENT};
@@ -50,9 +51,16 @@ pub(super) fn inverting(
 pub(super) fn sharpest(setup: &SimulationSetup, kept: &[Vec<bool>]) -> f64 {
     let tools = setup.tools.iter().zip(kept);
     let near = tools.flat_map(|(tool, kept)| tool.surface.model().patches.iter().zip(kept));
-    let bent = near
-        .filter(|(_, kept)| **kept)
-        .filter_map(|(patch, _)| principal_curvatures(&corners(patch)));
+    smallest_radius(near.filter(|(_, kept)| **kept).map(|(patch, _)| patch))
+}
+
+/// The smallest radius of a surface [mm]; infinite if it is flat.
+pub(in crate::run) fn sharpest_of(surface: &ToolSurface) -> f64 {
+    smallest_radius(surface.model().patches.iter())
+}
+
+fn smallest_radius<'a>(patches: impl Iterator<Item = &'a Patch>) -> f64 {
+    let bent = patches.filter_map(|patch| principal_curvatures(&corners(patch)));
     let radii = bent.map(|(_, [bend, _])| bend).filter(|bend| bend.turn() > FLAT_ANGLE);
     radii.map(|bend| bend.radius).fold(f64::INFINITY, f64::min)
 }

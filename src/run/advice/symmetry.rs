@@ -4,6 +4,7 @@ use rustc_hash::FxHashMap;
 
 use super::element_size::EVERYWHERE;
 use super::finding::Finding;
+use crate::contact::ToolSurface;
 use crate::geometry::{Aabb, Vec3};
 use crate::report::doubt::DoubtCode;
 use crate::run::cost::{Cost, TIME_EXPONENT};
@@ -270,22 +271,35 @@ fn is_sheet_symmetric(setup: &SimulationSetup, axis: usize, at: f64, near: f64) 
 /// Whether the images of the tool's sampled points lie on the tool. Only points over `part`, seen along the tool's
 /// direction, are tested.
 fn is_tool_symmetric(tool: &ToolSetup, axis: usize, at: f64, near: f64, part: &Aabb) -> bool {
-    let middle = at - tool.offset[axis];
+    let over = |point: &Vec3| {
+        let place = point + tool.offset;
+        let over = |k: usize| (part.min[k]..=part.max[k]).contains(&place[k]);
+        (0..3).filter(|&k| tool.direction[k].abs() < 0.5).all(over)
+    };
     // Symmetry faces that were removed from a tool are images of other faces.
     let complete = tool.surface.complete();
     let surface = complete.as_ref().unwrap_or(&tool.surface);
+    is_surface_symmetric(surface, (axis, at - tool.offset[axis]), near, &over)
+}
+
+/// Whether the images of points of a surface at a plane normal to `axis` lie within `near` [mm] of it. Points for which
+/// `over` is false are not compared.
+pub(in crate::run) fn is_surface_symmetric(
+    surface: &ToolSurface,
+    (axis, at): (usize, f64),
+    near: f64,
+    over: &dyn Fn(&Vec3) -> bool,
+) -> bool {
     let patches = &surface.model().patches;
     let every = patches.len().div_ceil(SAMPLED_PATCHES_MAX).max(1);
     let places = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.6, 0.3)];
     patches.iter().step_by(every).all(|patch| {
         places.iter().all(|&(eta, zeta)| {
             let mut image = patch.derivs(eta, zeta).s;
-            let place = image + tool.offset;
-            let over = |k: usize| (part.min[k]..=part.max[k]).contains(&place[k]);
-            if !(0..3).filter(|&k| tool.direction[k].abs() < 0.5).all(over) {
+            if !over(&image) {
                 return true;
             }
-            image[axis] = 2.0 * middle - image[axis];
+            image[axis] = 2.0 * at - image[axis];
             let foot = surface.closest(&image, None);
             (foot.point - image).norm() <= near
         })
@@ -297,7 +311,6 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::contact::ToolSurface;
     use crate::contact::test_tools::plane;
     use crate::solver::sheet::hex_mesh::rectangle;
     use crate::solver::{Placement, SheetSide};

@@ -15,7 +15,7 @@ use super::plan::{Plan, PlannedFile, PlannedTool};
 use super::set_value::SetValue;
 use super::types::{Blank, BlankShape, MaterialChoice, Scene};
 use crate::contact::ToolSurface;
-use crate::files::sha256_hex;
+use crate::files::{FileKind, sha256_hex};
 use crate::solver::material::Material;
 use crate::solver::material::card::{self, CardError, MaterialCard};
 use crate::tool::Patch;
@@ -232,14 +232,20 @@ fn scene_with(path: &Path, set: &[SetValue]) -> Result<(Scene, Vec<u8>), SceneEr
 /// # Errors
 /// [`SceneError::Syntax`], [`SceneError::Value`].
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Scene, SceneError> {
-    let bytes = without_comments(bytes);
-    let scene: Scene = parsed(&bytes).map_err(|(e, key)| SceneError::Syntax {
-        path: path.to_path_buf(),
-        line: e.line(),
-        column: e.column(),
-        found: at_key(&key, &without_place(&e)),
+    let text = without_comments(bytes);
+    let scene: Scene = parsed(&text).map_err(|(e, key)| {
+        let other = FileKind::other_than(FileKind::Scene, bytes, path.to_path_buf());
+        other.map_or_else(
+            || SceneError::Syntax {
+                path: path.to_path_buf(),
+                line: e.line(),
+                column: e.column(),
+                found: at_key(&key, &without_place(&e)),
+            },
+            SceneError::Kind,
+        )
     })?;
-    let written = serde_json::from_slice(&bytes).unwrap_or_default();
+    let written = serde_json::from_slice(&text).unwrap_or_default();
     check_numbers(&written).and_then(|()| check(&scene)).map_err(|(place, found, allowed)| {
         SceneError::Value { path: path.to_path_buf(), place, found, allowed }
     })?;

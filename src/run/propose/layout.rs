@@ -1,0 +1,191 @@
+//! A scene in outline: everything that tools and wishes determine, before it is written.
+
+use super::blank::{Outline, disc, element_length, rectangle, rounded, two_digits};
+use super::roles::{ProposeError, Role, below, bounds, plan_area, roles};
+use super::symmetry::{Cut, are_of_revolution, cuts};
+use super::travel::{closing_travel, height};
+use super::{GivenTool, PartKind, Wishes};
+use crate::geometry::Aabb;
+
+/// Pressure of the holder on the blank outside the punch [MPa]: usual for mild steel; aluminium takes half of it.
+const HOLDER_PRESSURE_MPA: f64 = 2.0;
+
+/// A tool and its place in the process.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct PlacedTool {
+    pub(super) name: String,
+    pub(super) file: String,
+    pub(super) below: bool,
+    pub(super) role: Role,
+}
+
+/// Where the travel of the punch comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum TravelFrom {
+    /// The tools close on the sheet.
+    Closing,
+    /// Half the height of the punch: the die is open.
+    Height,
+    /// A value of the template.
+    Template,
+}
+
+/// A proposed scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layout {
+    pub(super) name: String,
+    pub(super) thickness: f64,
+    pub(super) material: String,
+    pub(super) outline: Outline,
+    pub(super) cuts: Vec<Cut>,
+    pub(super) tools: Vec<PlacedTool>,
+    pub(super) travel: (f64, TravelFrom),
+    /// Force of the whole process [N].
+    pub(super) holder_force: f64,
+    pub(super) plane_strain: bool,
+}
+
+impl Layout {
+    /// Names of the tools with the direction towards the sheet: true for +z, of tools below it.
+    pub fn sides(&self) -> impl Iterator<Item = (&str, bool)> {
+        self.tools.iter().map(|tool| (tool.name.as_str(), tool.below))
+    }
+}
+
+/// Proposes a scene for tools that move along z.
+///
+/// # Errors
+/// [`ProposeError`] when the tools are fewer than two, on one side of the sheet, without extent, or of one name.
+pub fn propose(tools: &[GivenTool], wishes: &Wishes) -> Result<Layout, ProposeError> {
+    check(tools)?;
+    let below = below(tools);
+    let roles = roles(tools, &below)?;
+    let of = |role: Role| roles.iter().position(|r| *r == role);
+    let die = of(Role::Die).unwrap_or(0);
+    let punch = of(Role::Punch).or_else(|| (0..tools.len()).find(|&k| k != die)).unwrap_or(0);
+    let carrier = of(Role::Holder).unwrap_or(die);
+    let (die, punch, carrier) = (&tools[die], &tools[punch], &tools[carrier]);
+    let is_die_below = below[of(Role::Die).unwrap_or(0)];
+    let plane_strain = is_plane_strain(wishes.kind);
+    let mut cuts = cuts(tools);
+    cuts.retain(|cut| !(plane_strain && cut.axis == 1));
+    let travel = match closing_travel(die, punch, is_die_below, wishes.thickness_mm) {
+        Some(travel) => (rounded(travel, 0.1), TravelFrom::Closing),
+        None => (rounded(0.5 * height(die, punch), 0.1), TravelFrom::Height),
+    };
+    let length = element_length(tools);
+    let outline = outline(&[die, punch, carrier], wishes.kind, &cuts, (travel.0, length));
+    let parts = 1 << cuts.len();
+    let pressed = outline.area(parts) - plan_area(&bounds(punch)) * parts_of(punch, &cuts);
+    let placed = tools.iter().zip(&below).zip(&roles).map(|((tool, &below), &role)| PlacedTool {
+        name: tool.name.clone(),
+        file: tool.file.clone(),
+        below,
+        role: if std::ptr::eq(tool, punch) { Role::Punch } else { role },
+    });
+    Ok(Layout {
+        name: wishes.name.clone(),
+        thickness: wishes.thickness_mm,
+        material: wishes.material.clone(),
+        outline,
+        tools: placed.collect(),
+        travel,
+        holder_force: two_digits((HOLDER_PRESSURE_MPA * pressed).max(100.0)),
+        cuts,
+        plane_strain,
+    })
+}
+
+fn is_plane_strain(kind: Option<PartKind>) -> bool {
+    matches!(kind, Some(PartKind::UDraw | PartKind::Bend))
+}
+
+/// Number of symmetric parts of a tool of which it has one: it ends at these planes.
+fn parts_of(tool: &GivenTool, cuts: &[Cut]) -> f64 {
+    let Aabb { min, max } = bounds(tool);
+    let near = 1e-3 * (max - min).norm();
+    let ends =
+        |cut: &&Cut| (min[cut.axis] - cut.at).abs() < near || (max[cut.axis] - cut.at).abs() < near;
+    f64::from(1 << cuts.iter().filter(ends).count())
+}
+
+fn outline(
+    [die, punch, carrier]: &[&GivenTool; 3],
+    kind: Option<PartKind>,
+    cuts: &[Cut],
+    (travel, length): (f64, Option<f64>),
+) -> Outline {
+    let centred = cuts.len() == 2 && cuts.iter().all(|cut| cut.at == 0.0);
+    let quadrant = centred && cuts.iter().all(|cut| cut.side > 0.0);
+    let round = match kind {
+        Some(PartKind::Cup) => true,
+        Some(_) => false,
+        None => centred && are_of_revolution(&[die, punch], cuts),
+    };
+    if round {
+        return disc(punch, carrier, quadrant, travel, length);
+    }
+    let mut outline = rectangle(punch, carrier, cuts, travel, length);
+    if let Outline::Rectangle { size, elements, .. } = &mut outline
+        && is_plane_strain(kind)
+    {
+        // One row of elements, as wide as they are long.
+        size[1] = size[1].min(size[0] / elements[0] as f64);
+        elements[1] = 1;
+    }
+    outline
+}
+
+fn check(tools: &[GivenTool]) -> Result<(), ProposeError> {
+    for (k, tool) in tools.iter().enumerate() {
+        let error =
+            |found, allowed| Err(ProposeError::Tool { name: tool.name.clone(), found, allowed });
+        let size = bounds(tool).max - bounds(tool).min;
+        if tools[..k].iter().any(|other| other.name == tool.name) {
+            return error("a second tool of this name", "different names of the tool files");
+        }
+        if !(size.x > 0.0 && size.y > 0.0 && size.iter().all(|s| s.is_finite())) {
+            return error("no extent in x and y", "tools that move along z");
+        }
+    }
+    Ok(())
+}
+
+/// A scene for a kind of part, with tool files that are still to be made: `die.tool.json`, `punch.tool.json` and, but
+/// for a bend, `holder.tool.json`.
+#[must_use]
+pub fn template(kind: PartKind, wishes: &Wishes) -> Layout {
+    let quarter = vec![Cut { axis: 0, at: 0.0, side: 1.0 }, Cut { axis: 1, at: 0.0, side: 1.0 }];
+    let rectangle =
+        |size: [f64; 2], elements| Outline::Rectangle { corner: [0.0; 2], size, elements };
+    let (outline, cuts, travel, holder_force) = match kind {
+        PartKind::Cup => {
+            let outline = Outline::QuarterDisc { radius: 100.0, core: 14, rings: 24 };
+            (outline, quarter, 30.0, 40_000.0)
+        }
+        PartKind::Pan => (rectangle([150.0, 100.0], [60, 40]), quarter, 25.0, 80_000.0),
+        PartKind::UDraw => (rectangle([150.0, 2.0], [75, 1]), quarter[..1].to_vec(), 60.0, 50.0),
+        PartKind::Bend => (rectangle([60.0, 1.0], [60, 1]), quarter[..1].to_vec(), 20.0, 0.0),
+    };
+    let tool = |name: &str, below: bool, role: Role| PlacedTool {
+        name: name.into(),
+        file: format!("{name}.tool.json"),
+        below,
+        role,
+    };
+    let mut tools = vec![tool("die", true, Role::Die), tool("punch", false, Role::Punch)];
+    if kind != PartKind::Bend {
+        tools.insert(1, tool("holder", false, Role::Holder));
+    }
+    Layout {
+        name: wishes.name.clone(),
+        thickness: wishes.thickness_mm,
+        material: wishes.material.clone(),
+        outline,
+        cuts,
+        tools,
+        travel: (travel, TravelFrom::Template),
+        holder_force,
+        plane_strain: is_plane_strain(Some(kind)),
+    }
+}

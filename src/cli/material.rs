@@ -225,8 +225,10 @@ fn add_anisotropy(page: &mut Page, function: &YieldFunction) {
         x: x.clone(),
         y: x.iter().map(|a| value(a.to_radians())).collect(),
     };
-    let series =
-        vec![of("r value", &|a| function.r_value(a)), of("yield ratio", &|a| function.yield_ratio(a))];
+    let series = vec![
+        of("r value", &|a| function.r_value(a)),
+        of("yield ratio", &|a| function.yield_ratio(a)),
+    ];
     page.plot(&Plot::lines(series, "angle to rolling [deg]", ""), 420);
     page.table(&["angle [deg]", "r", "yield ratio"], &angles(function));
 }

@@ -101,7 +101,10 @@ impl Bars {
                 escaped(name)
             );
         }
-        let _ = writeln!(out, "<path class=\"axis\" d=\"M{left:.1} 8V{low:.1}H{right:.1}\"/></svg></div>");
+        let _ = writeln!(
+            out,
+            "<path class=\"axis\" d=\"M{left:.1} 8V{low:.1}H{right:.1}\"/></svg></div>"
+        );
         self.draw_names(&mut out);
         out.push_str("</figure>\n");
         out

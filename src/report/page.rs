@@ -241,7 +241,10 @@ mod tests {
         assert!(html.contains("<td class=\"n\">-1.5e-3</td>"));
         assert!(html.contains("\\u003c/script>") && !html.contains("\"</script>"));
         assert_eq!(html.matches("<script").count(), html.matches("</script>").count());
-        assert!(html.contains("default-src 'none'; script-src 'sha256-") && !html.contains("unsafe-eval"));
+        assert!(
+            html.contains("default-src 'none'; script-src 'sha256-")
+                && !html.contains("unsafe-eval")
+        );
         assert!(html.contains("<div class=\"wide\"><table>") && html.contains("position: sticky"));
         for loads in ["<script src", "<link", "http:", "https:", "@import", "url(h"] {
             assert!(!html.contains(loads), "{loads}");

@@ -17,7 +17,8 @@ pub fn chromium() -> Option<PathBuf> {
     }
     let path = std::env::var_os("PATH")?;
     let names = ["chromium", "chromium-browser", "google-chrome"];
-    let all = names.iter().flat_map(|name| std::env::split_paths(&path).map(move |at| at.join(name)));
+    let all =
+        names.iter().flat_map(|name| std::env::split_paths(&path).map(move |at| at.join(name)));
     all.into_iter().find(|program| program.is_file())
 }
 
@@ -65,7 +66,13 @@ pub fn driven(browser: &Path, page: &Path, script: &str) -> serde_json::Value {
     fs::write(&driven, format!("{before}{after}")).unwrap();
     let document = document(browser, &driven, 900, &[]);
     let (_, rest) = document.split_once("<pre id=\"results\">").unwrap();
-    let text = rest.split_once("</pre>").unwrap().0.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+    let text = rest
+        .split_once("</pre>")
+        .unwrap()
+        .0
+        .replace("&lt;", "<")
+        .replace("&gt;", ">")
+        .replace("&amp;", "&");
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: '{text}'"))
 }
 

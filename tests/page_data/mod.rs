@@ -46,7 +46,8 @@ impl Arrays {
         flate2::read::ZlibDecoder::new(&packed[..]).read_to_end(&mut planes).unwrap();
         let count = what["count"].as_u64().unwrap() as usize;
         let width = planes.len() / count.max(1);
-        let whole = |k: usize| (0..width).map(|p| u32::from(planes[p * count + k]) << (8 * p)).sum::<u32>();
+        let whole =
+            |k: usize| (0..width).map(|p| u32::from(planes[p * count + k]) << (8 * p)).sum::<u32>();
         let mut last = 0_u32;
         let mut add = |k: usize, mask: u32| {
             last = last.wrapping_add(whole(k)) & mask;

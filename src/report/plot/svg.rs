@@ -30,8 +30,8 @@ struct Scale {
 impl Scale {
     fn pixel(&self, value: f64) -> f64 {
         let of = |v: f64| if self.log { v.ln() } else { v };
-        let fraction = (of(value) - of(self.values.start))
-            / (of(self.values.end) - of(self.values.start));
+        let fraction =
+            (of(value) - of(self.values.start)) / (of(self.values.end) - of(self.values.start));
         self.pixels.start + fraction * (self.pixels.end - self.pixels.start)
     }
 
@@ -117,12 +117,23 @@ fn axes(out: &mut String, plot: &Plot, x: &Scale, y: &Scale) {
     for tick in x.ticks() {
         let at = x.pixel(tick);
         let _ = write!(lines, "M{at:.1} {low:.1}V{top:.1}");
-        let _ = write!(out, "<text x=\"{at:.1}\" y=\"{:.1}\" class=\"m\">{}</text>", low + 18.0, Short(tick));
+        let _ = write!(
+            out,
+            "<text x=\"{at:.1}\" y=\"{:.1}\" class=\"m\">{}</text>",
+            low + 18.0,
+            Short(tick)
+        );
     }
     for tick in y.ticks() {
         let at = y.pixel(tick);
         let _ = write!(lines, "M{left:.1} {at:.1}H{right:.1}");
-        let _ = write!(out, "<text x=\"{:.1}\" y=\"{:.1}\" class=\"e\">{}</text>", left - 8.0, at + 4.5, Short(tick));
+        let _ = write!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" class=\"e\">{}</text>",
+            left - 8.0,
+            at + 4.5,
+            Short(tick)
+        );
     }
     let _ = writeln!(
         out,
@@ -148,18 +159,17 @@ fn draw(
     y: &Scale,
 ) -> Option<Value> {
     let color = k % COLORS;
-    let all: Vec<(usize, f64, f64)> = (0..series.x.len().min(series.y.len()))
-        .map(|k| (k, series.x[k], series.y[k]))
-        .collect();
-    let mut points: Vec<_> =
-        all.iter().copied().filter(|&(_, a, b)| plot.drawable(a, b)).collect();
+    let all: Vec<(usize, f64, f64)> =
+        (0..series.x.len().min(series.y.len())).map(|k| (k, series.x[k], series.y[k])).collect();
+    let mut points: Vec<_> = all.iter().copied().filter(|&(_, a, b)| plot.drawable(a, b)).collect();
     match style {
         Style::Line | Style::Guide => {
             let class = if style == Style::Guide { "guide" } else { "line" };
             let path = line_path(plot, &all, x, y);
             let _ = writeln!(out, "<path class=\"{class} c{color}\" d=\"{path}\"/>");
             if style == Style::Line && points.len() <= MARKERS_MAX {
-                let _ = writeln!(out, "<path class=\"dot c{color}\" d=\"{}\"/>", dots(&points, x, y));
+                let _ =
+                    writeln!(out, "<path class=\"dot c{color}\" d=\"{}\"/>", dots(&points, x, y));
             }
         }
         Style::Dots => {
@@ -171,7 +181,8 @@ fn draw(
         Style::Rings => {
             for &(_, a, b) in &points {
                 let (a, b) = (x.pixel(a), y.pixel(b));
-                let _ = writeln!(out, "<circle class=\"ring\" cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"7\"/>");
+                let _ =
+                    writeln!(out, "<circle class=\"ring\" cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"7\"/>");
             }
         }
         Style::Bars(width) => {

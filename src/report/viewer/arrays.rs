@@ -71,7 +71,8 @@ impl Arrays {
         let codes = values.iter().map(|&v| code(v));
         let differences = codes.map(|v| v.wrapping_sub(std::mem::replace(&mut last, v)));
         let at = self.add(planes(&differences.map(u16::to_le_bytes).collect::<Vec<_>>()));
-        let text = json!({"kind": "u16", "array": at, "count": values.len(), "low": low, "step": step});
+        let text =
+            json!({"kind": "u16", "array": at, "count": values.len(), "low": low, "step": step});
         (text, 0.5 * step)
     }
 }

@@ -37,7 +37,8 @@ const SIGNED_MIN: f64 = 1e-6;
 /// Limits of a colour scale over values; symmetric to zero if `signed`. `None` without a finite value.
 pub(super) fn limits(values: impl Iterator<Item = f64>, signed: bool) -> Option<[f64; 2]> {
     let finite = values.filter(|v| v.is_finite());
-    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    let (low, high) =
+        finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     if low > high {
         return None;
     }

@@ -85,11 +85,13 @@ function fieldControls(view) {
 }
 
 function sectionControls(view) {
-  const slider = element("input", { type: "range", min: 0, max: 1000, step: 1, value: 500, disabled: true, className: "cut" });
-  const place = element("output");
+  const slider = element("input", { type: "range", min: 0, max: 1000, step: 1, value: 500, hidden: true, className: "cut" });
+  const place = element("output", { hidden: true });
+  const other = button("Other side", () => view.turnSection());
+  other.hidden = true;
   const show = () => {
     place.textContent = view.section ? `${view.section.at.toFixed(2)} mm` : "";
-    slider.disabled = !view.section;
+    for (const one of [slider, place, other]) one.hidden = !view.section;
   };
   const axis = choice("Section", [["", "none"], ["0", "x"], ["1", "y"], ["2", "z"]], "", (value) => {
     view.setSection(value === "" ? null : Number(value), Number(slider.value) / 1000);
@@ -101,7 +103,6 @@ function sectionControls(view) {
     show();
   });
   slider.setAttribute("aria-label", "Position of the section");
-  const other = button("Other side", () => view.turnSection());
   return [axis.label, slider, place, other];
 }
 

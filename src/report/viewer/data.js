@@ -45,7 +45,7 @@ function numbers(what) {
 async function places(axes) {
   const [x, y, z] = await Promise.all(axes.map(numbers));
   const out = new Float32Array(3 * x.length);
-  for (let k = 0; k < x.length; k++) out.set([x[k], y[k], z[k]], 3 * k);
+  [x, y, z].forEach((axis, c) => axis.forEach((value, k) => (out[3 * k + c] = value)));
   return out;
 }
 

@@ -56,7 +56,8 @@ fn part(surface: &Surface, arrays: &mut Arrays) -> (Value, f64) {
                 out["points"] = places(&frame.points, &bounds, arrays).0;
             }
             let earlier = surface.fields.iter().zip(&frame.values);
-            let earlier = earlier.map(|(field, values)| frame_values(field, values, &numbers, arrays));
+            let earlier =
+                earlier.map(|(field, values)| frame_values(field, values, &numbers, arrays));
             out["values"] = earlier.collect();
             out
         })
@@ -172,7 +173,10 @@ mod tests {
         assert_eq!(read(&part["fields"][1]["values"]), [0.25]);
         assert_eq!(read(&part["frames"][0]["values"][1]), [0.125]);
         assert_eq!(read(&part["edges"]).len(), 8);
-        assert_eq!((&part["mirrors"], &text["fields"][1]["limits"]), (&json!([[0, 0.0]]), &json!([0.125, 9.0])));
+        assert_eq!(
+            (&part["mirrors"], &text["fields"][1]["limits"]),
+            (&json!([[0, 0.0]]), &json!([0.125, 9.0]))
+        );
         let accuracy = text["accuracy"].as_f64().unwrap();
         assert!((accuracy - 1.0 / 65534.0).abs() < 1e-12, "{accuracy}");
     }

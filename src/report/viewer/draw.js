@@ -196,7 +196,7 @@ function drawImage(device, one, { flip, offset }, scene, alpha) {
   gl.uniform3fv(uniforms.shift, one.part.frame(scene.step).shift);
   gl.uniform1i(uniforms.valued, one.valued ? 1 : 0);
   gl.uniform1i(uniforms.lit, 1);
-  gl.uniform4f(uniforms.plain, 0.6, 0.65, 0.69, alpha);
+  gl.uniform4f(uniforms.plain, ...one.part.tint, alpha);
   gl.enable(gl.POLYGON_OFFSET_FILL);
   gl.bindVertexArray(one.faces.vao);
   gl.drawArrays(gl.TRIANGLES, 0, one.faces.count);

@@ -17,9 +17,9 @@ impl View {
     /// The figure with the number `id` on its page.
     pub(in crate::report) fn figure(&self, id: usize, arrays: &mut Arrays) -> String {
         let fields = self.fields();
-        let shown = fields.first().and_then(|&(name, signed)| {
-            Some((name, signed, self.limits(name, signed)?))
-        });
+        let shown = fields
+            .first()
+            .and_then(|&(name, signed)| Some((name, signed, self.limits(name, signed)?)));
         let picture = STANDARD.encode(picture::picture(self, shown));
         let mut out = format!(
             "<figure class=\"view\" id=\"view{id}\"><img alt=\"{}\" width=\"{}\" height=\"{}\" src=\"data:image/png;base64,{picture}\">\n",

@@ -1,7 +1,6 @@
 // Parts: surfaces at a step, their images in symmetry planes, sections, and the place under the pointer.
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
 // Images of a part: each maps p to flip * p + offset.
 function imagesOf(mirrors) {
@@ -20,12 +19,17 @@ function imagesOf(mirrors) {
 // Normals at points: of the triangles around each, by area.
 function normalsOf(points, triangles) {
   const out = new Float32Array(points.length);
-  const at = (k) => [points[3 * k], points[3 * k + 1], points[3 * k + 2]];
   for (let t = 0; t < triangles.length; t += 3) {
-    const ids = [triangles[t], triangles[t + 1], triangles[t + 2]];
-    const [a, b, c] = ids.map(at);
-    const normal = cross([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
-    for (const id of ids) for (let k = 0; k < 3; k++) out[3 * id + k] += normal[k];
+    const [i, j, k] = [3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]];
+    const ux = points[j] - points[i], uy = points[j + 1] - points[i + 1], uz = points[j + 2] - points[i + 2];
+    const vx = points[k] - points[i], vy = points[k + 1] - points[i + 1], vz = points[k + 2] - points[i + 2];
+    const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+    for (let c = 0; c < 3; c++) {
+      const at = c === 0 ? i : c === 1 ? j : k;
+      out[at] += nx;
+      out[at + 1] += ny;
+      out[at + 2] += nz;
+    }
   }
   return out;
 }
@@ -89,14 +93,41 @@ class Part {
     return whole ? this.images : this.images.slice(0, 1);
   }
 
-  // Calls `take` with x, y, z of every point at a step, in every image.
-  eachPoint(step, whole, take) {
-    const { points, shift } = this.frame(step);
-    for (const { flip, offset } of this.imagesShown(whole)) {
-      for (let k = 0; k < points.length; k += 3) {
-        take([0, 1, 2].map((c) => flip[c] * (points[k + c] + shift[c]) + offset[c]));
+  // Box around the part and its images at all steps: smallest and largest coordinates.
+  box() {
+    const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+    for (const { points, shift } of this.frames) {
+      for (let k = 0; k < points.length; k++) {
+        const x = points[k] + shift[k % 3];
+        if (x < low[k % 3]) low[k % 3] = x;
+        if (x > high[k % 3]) high[k % 3] = x;
       }
     }
+    for (const { flip, offset } of this.images.slice(1)) {
+      for (let c = 0; c < 3; c++) {
+        const ends = [low[c], high[c]].map((x) => flip[c] * x + offset[c]);
+        [low[c], high[c]] = [Math.min(low[c], ...ends), Math.max(high[c], ...ends)];
+      }
+    }
+    return [low, high];
+  }
+
+  // Extent along axes of the part at a step, with its images: smallest and largest coordinate on each.
+  extent(step, whole, axes) {
+    const { points, shift } = this.frame(step);
+    const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+    for (const { flip, offset } of this.imagesShown(whole)) {
+      axes.forEach((axis, c) => {
+        const [a, b, d] = axis.map((x, k) => flip[k] * x);
+        const base = dot(axis, offset) + a * shift[0] + b * shift[1] + d * shift[2];
+        for (let k = 0; k < points.length; k += 3) {
+          const x = base + a * points[k] + b * points[k + 1] + d * points[k + 2];
+          if (x < low[c]) low[c] = x;
+          if (x > high[c]) high[c] = x;
+        }
+      });
+    }
+    return [low, high];
   }
 
   // Line segments in which the plane cuts the part: x, y, z of both ends.

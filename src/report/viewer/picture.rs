@@ -1,8 +1,8 @@
 //! The picture of a view: an orthographic projection with a depth buffer, coloured by the first field.
 
 use super::colors::{color, table};
-use super::surface::{Field, Location, Surface, Visibility};
 use super::png;
+use super::surface::{Field, Location, Surface, Visibility};
 use super::view::View;
 use crate::geometry::Vec3;
 
@@ -13,9 +13,11 @@ const EYE: [f64; 3] = [1.3, -1.5, 0.9];
 /// Space around the surfaces over the size of the picture.
 const MARGIN_REL: f64 = 0.04;
 /// Colours along the scale, and shades of each: few enough for a palette of 256.
-const BANDS: usize = 30;
-const SHADES: usize = 7;
-/// Brightness of a face seen edge-on, over that of one that faces the light.
+const BANDS: usize = 20;
+const SHADES: usize = 11;
+/// Direction to the light by right, up and to the eye, as in the script.
+const LIGHT: [f64; 3] = [0.2, 0.35, 0.92];
+/// Brightness of a face along the light, over that of one that faces it; as in the script.
 const DARKEST: f64 = 0.45;
 /// Colours of surfaces without values, and of places without a value.
 const PLAIN: [f64; 3] = [154.0, 165.0, 177.0];
@@ -35,11 +37,12 @@ impl Camera {
         let eye = Vec3::from(EYE).normalize();
         let right = Vec3::z().cross(&eye).normalize();
         let axes = [right, eye.cross(&right), eye];
-        let (low, high) = points
-            .map(|p| Vec3::new(axes[0].dot(&p), axes[1].dot(&p), 0.0))
-            .fold(None, |found: Option<(Vec3, Vec3)>, p| {
+        let (low, high) = points.map(|p| Vec3::new(axes[0].dot(&p), axes[1].dot(&p), 0.0)).fold(
+            None,
+            |found: Option<(Vec3, Vec3)>, p| {
                 Some(found.map_or((p, p), |(low, high)| (low.inf(&p), high.sup(&p))))
-            })?;
+            },
+        )?;
         let [width, height] = SIZE.map(|n| n as f64 * (1.0 - 2.0 * MARGIN_REL));
         let span = high - low;
         let scale = (width / span.x).min(height / span.y);
@@ -66,14 +69,13 @@ struct Canvas {
 pub(super) fn picture(view: &View, shown: Option<(&str, bool, [f64; 2])>) -> Vec<u8> {
     let opaque = view.surfaces.iter().any(|s| s.visibility == Visibility::Shown);
     let wanted = if opaque { Visibility::Shown } else { Visibility::Transparent };
-    let drawn: Vec<&Surface> =
-        view.surfaces.iter().filter(|s| s.visibility == wanted).collect();
-    let places: Vec<Vec<Vec3>> = drawn
-        .iter()
-        .flat_map(|surface| copies(&surface.points, &view.mirrors(surface)))
-        .collect();
-    let mut canvas =
-        Canvas { pixels: vec![0; SIZE[0] * SIZE[1]], depth: vec![f64::NEG_INFINITY; SIZE[0] * SIZE[1]] };
+    let drawn: Vec<&Surface> = view.surfaces.iter().filter(|s| s.visibility == wanted).collect();
+    let places: Vec<Vec<Vec3>> =
+        drawn.iter().flat_map(|surface| copies(&surface.points, &view.mirrors(surface))).collect();
+    let mut canvas = Canvas {
+        pixels: vec![0; SIZE[0] * SIZE[1]],
+        depth: vec![f64::NEG_INFINITY; SIZE[0] * SIZE[1]],
+    };
     if let Some(camera) = Camera::around(places.iter().flatten().copied()) {
         let owners = drawn.iter().flat_map(|surface| {
             let count = 1 << view.mirrors(surface).len();
@@ -122,12 +124,16 @@ impl Canvas {
         field: Option<(&Field, [f64; 2])>,
     ) {
         let seen: Vec<Vec3> = points.iter().map(|p| camera.project(p)).collect();
+        let light = Vec3::from(LIGHT).normalize();
+        let light: Vec3 = (0..3).map(|k| camera.axes[k] * light[k]).sum();
         for (triangle, owner) in surface.triangles.iter().zip(surface.owners()) {
             let Some([a, b, c]) = corners(points, triangle) else { continue };
             let normal = (b - a).cross(&(c - a));
-            let facing = (normal.dot(&camera.axes[2]) / normal.norm()).abs();
-            let shade = (facing * (SHADES - 1) as f64).round().clamp(0.0, (SHADES - 1) as f64) as usize;
-            let values = field.map(|(field, limits)| (corner_values(field, triangle, owner), limits));
+            let facing = (normal.dot(&light) / normal.norm()).abs();
+            let shade =
+                (facing * (SHADES - 1) as f64).round().clamp(0.0, (SHADES - 1) as f64) as usize;
+            let values =
+                field.map(|(field, limits)| (corner_values(field, triangle, owner), limits));
             let index = |weights: [f64; 3]| {
                 let band = values.map_or(BANDS, |(values, limits)| {
                     band((0..3).map(|k| weights[k] * values[k]).sum(), limits)
@@ -199,8 +205,10 @@ mod tests {
 
     #[test]
     fn the_nearer_face_hides_the_other() {
-        let mut canvas =
-            Canvas { pixels: vec![0; SIZE[0] * SIZE[1]], depth: vec![f64::NEG_INFINITY; SIZE[0] * SIZE[1]] };
+        let mut canvas = Canvas {
+            pixels: vec![0; SIZE[0] * SIZE[1]],
+            depth: vec![f64::NEG_INFINITY; SIZE[0] * SIZE[1]],
+        };
         let triangle = |z: f64| [[10.0, 10.0, z], [50.0, 10.0, z], [10.0, 50.0, z]].map(Vec3::from);
         canvas.fill(&triangle(1.0), |_| 7);
         canvas.fill(&triangle(0.0), |_| 9);
@@ -211,14 +219,15 @@ mod tests {
         assert!((780..=820).contains(&filled), "{filled}");
         // Outside, of no area, not a number.
         for odd in [-1e9, 1e9, f64::NAN] {
-            canvas.fill(&[[odd, 0.0, 0.0], [odd, 1.0, 0.0], [1.0, odd, 0.0]].map(Vec3::from), |_| 3);
+            canvas
+                .fill(&[[odd, 0.0, 0.0], [odd, 1.0, 0.0], [1.0, odd, 0.0]].map(Vec3::from), |_| 3);
         }
     }
 
     #[test]
     fn values_choose_their_band_and_images_are_mirrored() {
-        assert_eq!([0.0, 0.5, 1.0, 2.0].map(|v| band(v, [0.0, 1.0])), [0, 15, 29, 29]);
-        assert_eq!((band(f64::NAN, [0.0, 1.0]), band(3.0, [3.0, 3.0])), (BANDS + 1, 15));
+        assert_eq!([0.0, 0.5, 1.0, 2.0].map(|v| band(v, [0.0, 1.0])), [0, 10, 19, 19]);
+        assert_eq!((band(f64::NAN, [0.0, 1.0]), band(3.0, [3.0, 3.0])), (BANDS + 1, 10));
         let images = copies(&[Vec3::new(1.0, 2.0, 3.0)], &[(0, 0.0), (1, 1.0)]);
         let places: Vec<[f64; 3]> = images.iter().map(|one| one[0].into()).collect();
         assert_eq!(places, [[1.0, 2.0, 3.0], [-1.0, 2.0, 3.0], [1.0, 0.0, 3.0], [-1.0, 0.0, 3.0]]);

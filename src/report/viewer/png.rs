@@ -54,7 +54,8 @@ mod tests {
             let kind = String::from_utf8_lossy(&file[at + 4..at + 8]).into_owned();
             let mut crc = Crc::new();
             crc.update(&file[at + 4..at + 8 + length]);
-            let sum = u32::from_be_bytes(file[at + 8 + length..at + 12 + length].try_into().unwrap());
+            let sum =
+                u32::from_be_bytes(file[at + 8 + length..at + 12 + length].try_into().unwrap());
             assert_eq!(crc.sum(), sum, "{kind}");
             if kind == "IDAT" {
                 let mut rows = Vec::new();

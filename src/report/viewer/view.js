@@ -2,13 +2,22 @@
 
 const BANDS = 12;
 const EYE = [1.3, -1.5, 0.9];
-// Share of the canvas that a fitted view fills.
-const FILL = 0.9;
+// Colours of parts without values.
+const TINTS = [[0.6, 0.65, 0.69], [0.52, 0.64, 0.8], [0.78, 0.66, 0.5], [0.55, 0.71, 0.57], [0.72, 0.58, 0.74]];
+// Share of the canvas that a fitted view fills, and width beside it for the colour bar [px].
+const FILL = 0.92;
+const KEY_WIDTH = 104;
 
 // Axes of the picture for a turn about z and an elevation: right, up, to the eye.
 function axesOf(turn, rise) {
   const [ct, st, cr, sr] = [Math.cos(turn), Math.sin(turn), Math.cos(rise), Math.sin(rise)];
   return [[-st, ct, 0], [-sr * ct, -sr * st, cr], [cr * ct, cr * st, sr]];
+}
+
+// Box around boxes.
+function around(boxes) {
+  const all = (k, of) => [0, 1, 2].map((c) => of(...boxes.map((box) => box[k][c])));
+  return [all(0, Math.min), all(1, Math.max)];
 }
 
 let device = null;
@@ -23,6 +32,8 @@ class View {
     }
     const view = new View();
     const parts = await Promise.all(spec.parts.map(Part.load));
+    // From the last on, so that tools have one colour in views with and without the sheet.
+    [...parts].reverse().forEach((part, k) => (part.tint = TINTS[k % TINTS.length]));
     Object.assign(view, {
       figure, parts, fields: spec.fields.filter((field) => field.limits), accuracy: spec.accuracy,
       steps: spec.steps.length ? spec.steps : [""], step: Math.max(0, spec.steps.length - 1),
@@ -42,7 +53,7 @@ class View {
     this.key = element("div", { className: "key" });
     this.probe = element("output", { className: "probe" });
     const row = (children, name = "") => element("div", { className: `controls ${name}` }, children);
-    const controls = [row([...fieldControls(this), ...switches(this)]), row(sectionControls(this)), row(partControls(this), "parts")];
+    const controls = [row(fieldControls(this)), row([...sectionControls(this), ...switches(this)]), row(partControls(this), "parts")];
     if (this.steps.length > 1) controls.push(row([stepControls(this)]));
     const off = this.accuracy > 0 ? ` Places on this page are within ${this.accuracy.toExponential(0)} mm of the results.` : "";
     const help = element("details", {}, [element("summary", { textContent: "Mouse, touch and keys" }), HELP + off]);
@@ -122,17 +133,7 @@ class View {
   // Box around all parts at all steps, with their images.
   box() {
     if (this.bounds) return this.bounds;
-    const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
-    for (const part of this.parts) {
-      for (let step = 0; step < part.frames.length; step++) {
-        part.eachPoint(step, true, (p) => {
-          for (let c = 0; c < 3; c++) {
-            low[c] = Math.min(low[c], p[c]);
-            high[c] = Math.max(high[c], p[c]);
-          }
-        });
-      }
-    }
+    const [low, high] = around(this.parts.map((part) => part.box()));
     this.bounds = low[0] <= high[0] ? [low, high] : [[0, 0, 0], [1, 1, 1]];
     return this.bounds;
   }
@@ -140,22 +141,14 @@ class View {
   // Fits the parts shown at this step into the canvas.
   fit() {
     const axes = axesOf(this.turn, this.rise);
-    const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
-    for (const part of this.shownParts()) {
-      part.eachPoint(this.step, this.whole, (p) => {
-        axes.forEach((axis, c) => {
-          const x = dot(axis, p);
-          low[c] = Math.min(low[c], x);
-          high[c] = Math.max(high[c], x);
-        });
-      });
-    }
+    const [low, high] = around(this.shownParts().map((part) => part.extent(this.step, this.whole, axes)));
     if (low[0] > high[0]) return;
     const middle = low.map((x, c) => 0.5 * (x + high[c]));
     this.centre = [0, 1, 2].map((c) => axes.reduce((sum, axis, k) => sum + axis[c] * middle[k], 0));
     const [width, height] = [this.canvas.clientWidth || 800, this.canvas.clientHeight || 500];
-    this.scale = FILL * Math.min(width / (high[0] - low[0] || 1), height / (high[1] - low[1] || 1));
-    this.redraw();
+    const beside = this.field && width > 4 * KEY_WIDTH ? KEY_WIDTH : 0;
+    this.scale = FILL * Math.min((width - beside) / (high[0] - low[0] || 1), height / (high[1] - low[1] || 1));
+    this.move(-0.5 * beside, 0);
   }
 
   look(turn, rise) {

@@ -68,7 +68,9 @@ mod tests {
     fn triangle(name: &str, x: f64) -> Surface {
         Surface {
             name: name.into(),
-            points: [(0.0, 0.0), (2.0, 0.0), (0.0, 2.0)].map(|(a, b)| Vec3::new(a + x, b, 0.0)).into(),
+            points: [(0.0, 0.0), (2.0, 0.0), (0.0, 2.0)]
+                .map(|(a, b)| Vec3::new(a + x, b, 0.0))
+                .into(),
             triangles: vec![[0, 1, 2]],
             fields: vec![Field {
                 name: "error [mm]".into(),

@@ -113,7 +113,8 @@ impl RunFiles {
         let tools = self.tools(&mut missing);
         let plan = self.scene.as_ref().ok().map(|scene| &scene.plan);
         let material = plan.map(|plan| plan.card.name.as_str());
-        let steps = sheet.as_ref().map(|sheet| steps::read(&self.folder, &self.history, &sheet.mesh));
+        let steps =
+            sheet.as_ref().map(|sheet| steps::read(&self.folder, &self.history, &sheet.mesh));
         Contents {
             record: &self.record,
             history: &self.history,

@@ -71,12 +71,8 @@ fn surface(sheet: &SheetView<'_>, thickness: Vec<f64>, steps: &[Step]) -> Surfac
     let thinning = |now: &[f64]| -> Vec<f64> {
         now.iter().zip(&initial).map(|(now, before)| 100.0 * (1.0 - now / before)).collect()
     };
-    let field = |name: &str, location, values| Field {
-        name: name.into(),
-        location,
-        values,
-        signed: false,
-    };
+    let field =
+        |name: &str, location, values| Field { name: name.into(), location, values, signed: false };
     let mut fields = vec![
         field("thickness [mm]", Location::Points, thickness.clone()),
         field("thinning [%]", Location::Points, thinning(&thickness)),
@@ -160,7 +156,8 @@ mod tests {
     #[test]
     fn thinning_is_relative_to_the_initial_thickness() {
         let mesh = rectangle(1.0, 1.0, 0.8, 1, 1, 1);
-        let positions: Vec<Vec3> = mesh.nodes.iter().map(|x| Vec3::new(x.x, x.y, 0.9 * x.z)).collect();
+        let positions: Vec<Vec3> =
+            mesh.nodes.iter().map(|x| Vec3::new(x.x, x.y, 0.9 * x.z)).collect();
         let step = Step {
             name: "start".into(),
             positions: mesh.nodes.clone(),

@@ -117,7 +117,8 @@ mod tests {
 
     #[test]
     fn steps_are_spread_and_hold_the_ends_of_stages() {
-        let ends = |count: usize, at: &[usize]| (0..count).map(|k| at.contains(&k)).collect::<Vec<_>>();
+        let ends =
+            |count: usize, at: &[usize]| (0..count).map(|k| at.contains(&k)).collect::<Vec<_>>();
         assert_eq!(spread(&ends(9, &[0, 8]), 5), [0, 2, 4, 6, 8]);
         assert_eq!(spread(&ends(9, &[0, 3, 8]), 4), [0, 3, 5, 8]);
         assert_eq!(spread(&ends(3, &[0]), 12), [0, 1, 2]);

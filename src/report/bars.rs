@@ -75,20 +75,7 @@ impl Bars {
             "<figure class=\"plot\" id=\"plot{id}\"><div class=\"wide\"><svg viewBox=\"0 0 {width} {height}\" role=\"img\" \
              aria-labelledby=\"t{id} d{id}\"><title id=\"t{id}\">{title}</title><desc id=\"d{id}\">{axis}</desc>\n"
         );
-        for tick in even_ticks(&(0.0..longest)) {
-            let (at, label) = (pixel(tick), Short(tick));
-            let _ = write!(
-                out,
-                "<path class=\"grid\" d=\"M{at:.1} {low:.1}V8\"/><text x=\"{at:.1}\" y=\"{:.1}\" class=\"m\">{label}</text>",
-                low + 18.0
-            );
-        }
-        let _ = writeln!(
-            out,
-            "<text x=\"{:.1}\" y=\"{:.1}\" class=\"m\">{axis}</text>",
-            0.5 * (left + right),
-            low + 40.0
-        );
+        self.draw_axis(&mut out, [left, right, low], &pixel);
         let row_height = (low - 8.0) / self.names.len().max(1) as f64;
         for (row, name) in self.names.iter().enumerate() {
             let top = 8.0 + row as f64 * row_height;
@@ -108,6 +95,25 @@ impl Bars {
         self.draw_names(&mut out);
         out.push_str("</figure>\n");
         out
+    }
+
+    /// Grid lines, ticks and title of the length axis.
+    fn draw_axis(&self, out: &mut String, [left, right, low]: [f64; 3], x: &impl Fn(f64) -> f64) {
+        for tick in even_ticks(&(0.0..self.longest())) {
+            let (at, label) = (x(tick), Short(tick));
+            let _ = write!(
+                out,
+                "<path class=\"grid\" d=\"M{at:.1} {low:.1}V8\"/><text x=\"{at:.1}\" y=\"{:.1}\" class=\"m\">{label}</text>",
+                low + 18.0
+            );
+        }
+        let _ = writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" class=\"m\">{}</text>",
+            0.5 * (left + right),
+            low + 40.0,
+            escaped(&self.x)
+        );
     }
 
     fn draw_row(

@@ -32,7 +32,7 @@ const OPTIONS: [&str; 9] = [
     "--disable-sync",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
-    "--virtual-time-budget=60000",
+    "--virtual-time-budget=300000",
 ];
 
 /// The document of a page after its scripts have run in a window of this height [px]; `more`: options.
@@ -79,13 +79,18 @@ pub fn driven(browser: &Path, page: &Path, script: &str) -> serde_json::Value {
 /// Functions for scripts that act on a page.
 const HELPERS: &str = r#"
 const done = (result) => { document.getElementById("results").textContent = JSON.stringify(result); };
-const wait = (ms) => new Promise((resume) => setTimeout(resume, ms));
+// The browser's clock runs ahead where it has nothing to do: each wait gives other threads time as well.
+const wait = (ms) => new Promise((resume) => {
+  let sum = 0;
+  for (let k = 0; k < 3e6; k++) sum += Math.sqrt(k);
+  setTimeout(() => resume(sum), ms);
+});
 const change = (control, value, event) => { control.value = value; control.dispatchEvent(new Event(event, { bubbles: true })); };
 const press = (target, key) => target.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
 async function live(id) {
   const figure = document.getElementById(id);
   figure.scrollIntoView();
-  for (let k = 0; k < 200 && !figure.classList.contains("live"); k++) await wait(50);
+  for (let k = 0; k < 1000 && !figure.classList.contains("live"); k++) await wait(50);
   if (!figure.classList.contains("live")) throw new Error(`${id} is a picture`);
   await wait(200);
   return figure;

@@ -69,18 +69,25 @@ pub(in crate::report) fn figure(plot: &Plot, title: &str, id: usize, height: usi
     }
     out.push_str("</svg></svg></div>\n");
     legend(&mut out, plot);
-    let axis = |axis: &Axis, scale: &Scale| {
-        json!({"title": visible_text(&axis.title), "log": scale.log,
-            "values": [scale.values.start, scale.values.end], "pixels": [scale.pixels.start, scale.pixels.end]})
-    };
-    let data = json!({"x": axis(&plot.x, &x), "y": axis(&plot.y, &y),
-        "series": shown.into_iter().flatten().collect::<Vec<_>>()});
     let _ = writeln!(
         out,
         "<script type=\"application/json\" class=\"values\">{}</script></figure>",
-        json_text(&data)
+        json_text(&data(plot, (&x, &y), shown.into_iter().flatten().collect()))
     );
     out
+}
+
+/// Axes and values of a plot for the script.
+fn data(plot: &Plot, (x, y): (&Scale, &Scale), series: Vec<Value>) -> Value {
+    let axis = |axis: &Axis, scale: &Scale| {
+        json!({
+            "title": visible_text(&axis.title),
+            "log": scale.log,
+            "values": [scale.values.start, scale.values.end],
+            "pixels": [scale.pixels.start, scale.pixels.end],
+        })
+    };
+    json!({"x": axis(&plot.x, x), "y": axis(&plot.y, y), "series": series})
 }
 
 /// Widens one range so that both axes have the same scale; `aspect`: width over height of the area.
@@ -277,7 +284,7 @@ mod tests {
     }
 
     /// The values that a figure holds for the script.
-    fn data(figure: &str) -> Value {
+    fn held(figure: &str) -> Value {
         let (_, rest) = figure.split_once("class=\"values\">").unwrap();
         serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
     }
@@ -289,7 +296,7 @@ mod tests {
         let line = text.split("class=\"line c0\" d=\"").nth(1).unwrap().split('"').next().unwrap();
         assert_eq!((line.matches('M').count(), line.matches('L').count()), (2, 2));
         assert!(text.contains("id=\"plot3\"") && text.contains("aria-labelledby=\"t3 d3\""));
-        let shown = data(&text);
+        let shown = held(&text);
         assert_eq!(shown["series"][0]["y"], json!([1.0, 2.0, 4.0, 5.0]));
         // The first point is at the pixel that the script computes from the ranges.
         let (v, p) = (&shown["x"]["values"], &shown["x"]["pixels"]);
@@ -305,7 +312,7 @@ mod tests {
         let text = figure(&plot, name, 0, 300);
         assert!(!text.contains("</script><b>") && !text.contains('\u{202e}'));
         assert_eq!(text.matches("</script>").count(), 1);
-        assert_eq!(data(&text)["series"][0]["name"], json!("</script><b>&\u{fffd}"));
+        assert_eq!(held(&text)["series"][0]["name"], json!("</script><b>&\u{fffd}"));
     }
 
     #[test]
@@ -314,7 +321,7 @@ mod tests {
         dots.x = vec![0.0, 0.5, 0.5 + 1e-6, 1.0];
         let plot = Plot::scatter(dots, vec![series("guide", &[0.0, 1.0])], "minor", "major");
         let text = figure(&plot, "strains", 0, 480);
-        let shown = data(&text);
+        let shown = held(&text);
         assert_eq!(shown["series"].as_array().unwrap().len(), 1, "guides have no values");
         assert_eq!(shown["series"][0]["index"], json!([0, 1, 3]));
         assert!(text.contains("class=\"guide c0\""));

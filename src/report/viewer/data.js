@@ -6,8 +6,12 @@ const decoded = new Map();
 async function planesOf(index) {
   texts ??= JSON.parse(document.getElementById("arrays").textContent);
   const raw = Uint8Array.from(atob(texts[index]), (c) => c.charCodeAt(0));
-  const stream = new Blob([raw]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+  const stream = new DecompressionStream("deflate");
+  const writer = stream.writable.getWriter();
+  // An error of the writer is one of the reader as well.
+  writer.write(raw).catch(() => {});
+  writer.close().catch(() => {});
+  return new Uint8Array(await new Response(stream.readable).arrayBuffer());
 }
 
 function wholeNumbers(planes, count, differences, mask) {

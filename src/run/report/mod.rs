@@ -81,7 +81,7 @@ fn page(contents: &Contents<'_>) -> Page {
         sheet::formed(&mut page, contents, sheet, thickness);
     }
     page.heading("The tools and their shape error");
-    tools::views(&mut page, contents);
+    tools::views(&mut page, &contents.tools, &contents.symmetry);
     page
 }
 

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use super::contents::Contents;
 use super::steps::Step;
 use crate::geometry::Vec3;
 use crate::report::page::Page;
@@ -70,9 +69,8 @@ impl ToolView {
     }
 }
 
-/// Writes the table and the 3-D view of the tools.
-pub(super) fn views(page: &mut Page, contents: &Contents<'_>) {
-    let tools = &contents.tools;
+/// Writes the table and the 3-D view of the tools of a model with these symmetry planes.
+pub(super) fn views(page: &mut Page, tools: &[ToolView], symmetry: &[(usize, f64)]) {
     let rows: Vec<Vec<String>> = tools.iter().map(|tool| tool.row.clone()).collect();
     let head = ["tool", "patches", "max [mm]", "min [mm]", "rms [mm]", "normal error [deg]", "CAD"];
     page.table(&head, &rows);
@@ -80,7 +78,7 @@ pub(super) fn views(page: &mut Page, contents: &Contents<'_>) {
         page.text(HOW_TO_AUDIT);
     }
     let surfaces = tools.iter().map(|tool| tool.surface.clone()).collect();
-    let symmetry = contents.symmetry.clone();
+    let symmetry = symmetry.to_vec();
     let title = "The tools at the end".into();
     page.view(&View { title, surfaces, symmetry, ..View::default() });
 }

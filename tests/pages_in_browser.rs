@@ -150,7 +150,7 @@ fn the_probe_reads_the_values_of_the_result_files() {
         change(field, "equivalent plastic strain", "change");
         out.plastic = probes(figure, 60, 40);
         change(field, "thickness [mm]", "change");
-        change(step, 2, "input");
+        change(step, 8, "input");
         press(figure.querySelector("canvas"), "f");
         await wait(100);
         out.name = figure.querySelector(".steps output").textContent;

@@ -20,7 +20,7 @@
 //! | feature | adds | dependencies |
 //! |---|---|---|
 //! | `cli` (default; implies `pages`) | [`cli`], both programs | clap, indicatif, signal-hook |
-//! | `pages` | charts and HTML pages of [`report`], `audit::page`, `run::report`, [`study`] | plotly, plotters |
+//! | `pages` | charts and HTML pages of [`report`], `audit::page`, `run::report`, [`study`] | plotters |
 //!
 //! With `default-features = false` the library reads CAD, meshes, converts, audits and runs scenes. Run folders then hold all
 //! files but `report.html`.

@@ -1,6 +1,7 @@
 //! `kanagata audit` from end to end: many models in one table, clearance between two tools, page and picture.
 
 mod command;
+mod page_data;
 
 use std::path::Path;
 
@@ -14,7 +15,7 @@ use kanagata::tool::build::build;
 use kanagata::tool::edge::EdgeRule;
 use kanagata::tool::file::{Provenance, ToolFile};
 use kanagata::tool::model::PatchCorners;
-use serde_json::Value;
+use page_data::{Arrays, numbers, plots, views};
 
 /// The cylinder of the forming files, about z.
 const RADIUS: f64 = 20.0;
@@ -216,21 +217,6 @@ fn many_models_stand_in_one_table_and_one_list() {
     assert!(code == 2 && errors.contains("with several tools"), "{errors}");
 }
 
-/// Traces of the plots on a page, in order.
-fn plots(html: &str) -> Vec<Vec<Value>> {
-    let starts = html.match_indices("Plotly.newPlot(\"plot");
-    let traces = starts.map(|(at, _)| {
-        let from = at + html[at..].find(",[").unwrap() + 1;
-        let mut values = serde_json::Deserializer::from_str(&html[from..]).into_iter();
-        values.next().unwrap().unwrap()
-    });
-    traces.collect()
-}
-
-fn numbers(trace: &Value, key: &str) -> Vec<f64> {
-    trace[key].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
-}
-
 /// An audit of the cylinder: what was asked for in files.
 struct Files {
     report: AuditReport,
@@ -290,29 +276,44 @@ fn the_picture_holds_the_errors_of_the_report() {
 fn the_page_shows_the_picture_and_its_histogram_the_shares_of_the_area() {
     let files = Files::new();
     let (r, grid, error) = (&files.report, &files.grid, files.array("shape_error_mm"));
-    let [view, histogram] = &plots(&files.page)[..] else { panic!("two plots") };
-    let shown = numbers(&view[0], "intensity");
-    assert_eq!((view[0]["type"].as_str(), shown.len()), (Some("mesh3d"), error.len()));
-    let near = |a: &f64, b: &f64| (a - b).abs() <= 1e-5 * b.abs();
-    assert!(shown.iter().zip(&error).all(|(a, b)| near(a, b)));
-    for (axis, k) in [("x", 0), ("y", 1), ("z", 2)] {
-        let places = numbers(&view[0], axis);
-        assert!(places.iter().zip(&grid.points).all(|(a, b)| near(a, &b[k])));
+    let ([view], [histogram]) = (&views(&files.page)[..], &plots(&files.page)[..]) else {
+        panic!("a view and a plot")
+    };
+    let (part, arrays) = (&view["parts"][0], Arrays::of(&files.page));
+    let shown = arrays.read(&part["fields"][0]["values"]);
+    // Single precision has no numbers below 1e-45.
+    let near = |a: &f64, b: &f64| (a - b).abs() <= 1e-5 * b.abs() + 1e-40;
+    assert!(shown.len() == error.len() && shown.iter().zip(&error).all(|(a, b)| near(a, b)));
+    let accuracy = view["accuracy"].as_f64().unwrap();
+    assert!(accuracy < 1e-3, "{accuracy}");
+    for k in 0..3 {
+        let places = arrays.read(&part["points"][k]);
+        let within = |(a, b): (&f64, &Vec3)| f64::abs(a - b[k]) <= 1.001 * accuracy;
+        assert!(places.len() == grid.points.len() && places.iter().zip(&grid.points).all(within));
     }
-    assert!(near(&view[0]["cmax"].as_f64().unwrap(), &r.worst_mm()));
+    let limits = numbers(&view["fields"][0]["limits"]);
+    assert!(near(&limits[1], &r.worst_mm()) && limits[0] == -limits[1]);
     let triangles: usize = grid.cells.iter().map(|c| c.1.len() - 2).sum();
-    assert_eq!(numbers(&view[0], "i").len(), triangles);
+    assert_eq!(arrays.read(&part["triangles"]).len(), 3 * triangles);
+    // Edges are those of the patches, which are square grids of their points.
+    let side = (grid.points.len() as f64 / r.patches as f64).sqrt().round() as usize - 1;
+    assert_eq!(arrays.read(&part["edges"]).len(), 2 * 4 * side * r.patches);
 
-    let (bars, shares) = (numbers(&histogram[0], "x"), numbers(&histogram[0], "y"));
-    let width = histogram[0]["width"].as_f64().unwrap();
-    assert!((shares.iter().sum::<f64>() - 100.0).abs() < 1e-9 && shares.len() == 40);
-    assert!((40.0 * width / r.worst_mm() - 1.0).abs() < 1e-6);
-    assert!((bars[39] - 39.5 * width).abs() < 1e-12);
+    let series = &histogram["series"][0];
+    let (bars, shares) = (numbers(&series["x"]), numbers(&series["y"]));
+    let width = r.worst_mm() / 40.0;
+    // Bins without area are not drawn on the logarithmic axis; values have six digits.
+    assert!((shares.iter().sum::<f64>() - 100.0).abs() < 1e-3 && shares.len() <= 40);
+    assert!((bars.last().unwrap() / (39.5 * width) - 1.0).abs() < 1e-5);
     let p = &r.percentiles_mm;
     for (share, at) in [(50.0, p.p50), (90.0, p.p90), (95.0, p.p95), (99.0, p.p99)] {
-        let bar = ((at / width) as usize).min(39);
-        let below: f64 = shares[..bar].iter().sum();
-        assert!(below <= share && share <= below + shares[bar] + 1e-9, "{share} % at {at}");
+        let bar = ((at / width) as usize).min(39) as f64;
+        let up_to = |end: f64| -> f64 {
+            let bins = bars.iter().zip(&shares).filter(|(x, _)| **x < end * width);
+            bins.map(|(_, share)| share).sum()
+        };
+        let (below, above) = (up_to(bar), up_to(bar + 1.0));
+        assert!(below <= share + 1e-3 && share <= above + 1e-3, "{share} % at {at}");
     }
     let told = [r.max_mm, r.rms_mm, r.percentiles_mm.p99].map(|x| format!("{x:.4}"));
     assert!(told.iter().all(|t| files.page.contains(&t[..])), "{told:?}");

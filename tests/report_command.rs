@@ -1,12 +1,14 @@
 //! `report`: the page of a run from its files, and `run --report`, which says when the run itself writes it.
 
 mod bend;
+mod page_data;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
+use page_data::{Arrays, plots, views};
 use serde_json::Value;
 
 /// The bend in a folder of its own.
@@ -162,14 +164,19 @@ fn parts_that_files_do_not_give_are_named() {
     // The sheet does not need the scene; its numbers are rounded to six digits.
     bend.write_scene(|scene| scene["name"] = "other".into());
     let page = lacks(&["final positions of the tools", "scene has changed since the run"]);
-    let part = |page: &str, from: &str, to: &str| {
-        let start = page.find(from).unwrap();
-        page[start..start + page[start..].find(to).unwrap()].to_owned()
-    };
-    for plot in ["plot1", "plot2", "plot3"] {
-        let of = |page: &str| part(page, &format!("newPlot(\"{plot}\""), "newPlot(\"plot4");
-        assert_eq!(of(&page), of(&whole), "{plot}");
+    for plot in [1, 2] {
+        assert_eq!(plots(&page)[plot], plots(&whole)[plot], "{plot}");
     }
+    let sheet = |page: &str| {
+        let (view, arrays) = (views(page).swap_remove(0), Arrays::of(page));
+        let part = &view["parts"][0];
+        let fields = part["fields"].as_array().unwrap().iter().map(|field| &field["values"]);
+        let of = part["points"].as_array().unwrap().iter().chain(fields);
+        of.flat_map(|what| arrays.read(what)).collect::<Vec<f64>>()
+    };
+    let (of_files, of_scene) = (sheet(&page), sheet(&whole));
+    assert!(of_files.len() == of_scene.len() && of_scene.len() > 6 * 17 * 2);
+    assert!(of_files.iter().zip(&of_scene).all(|(a, b)| (a - b).abs() < 1e-5));
     bend.write_scene(|_| ());
     let record: Value =
         serde_json::from_slice(&fs::read(bend.at("out/run.json")).unwrap()).unwrap();

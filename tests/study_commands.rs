@@ -27,7 +27,7 @@ fn markup(page: &str) -> String {
 /// The page is whole by itself: it loads nothing from elsewhere.
 fn check_page(page: &Path) {
     let text = fs::read_to_string(page).unwrap();
-    assert!(text.trim_end().ends_with("</html>") && text.contains("Plotly.newPlot"));
+    assert!(text.trim_end().ends_with("</html>") && text.contains("<figure class=\"plot\""));
     let markup = markup(&text);
     for what in ["http:", "https:", "src=", "<link", "url(", "@import"] {
         assert!(!markup.contains(what), "{what} in {}", page.display());

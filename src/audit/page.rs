@@ -1,13 +1,12 @@
-//! Audit page: tables, a histogram and a picture.
-
-use serde_json::json;
+//! Audit page: tables, a histogram and a 3-D view.
 
 use super::Audit;
 use super::report::AuditReport;
 use super::sample::PatchSamples;
 use super::view::cut;
-use crate::report::charts::{ValuedSurface, surfaces};
 use crate::report::page::Page;
+use crate::report::plot::{Axis, Plot, Series, Style};
+use crate::report::viewer::{Field, Surface, View, fans};
 use crate::tool::ToolModel;
 
 /// The page of an audit.
@@ -19,8 +18,8 @@ pub fn page(tool: &ToolModel, audit: &Audit) -> Page {
     whole(&mut page, report);
     page.heading("Where the error is");
     page.text("Signed shape error, positive where the patch is outside the CAD.");
-    let (traces, layout) = surfaces(&[surface(tool, &audit.samples)]);
-    page.plot(&traces, &layout, 620);
+    let surfaces = vec![surface(tool, &audit.samples)];
+    page.view(&View { title: "Shape error of the tool".into(), surfaces, ..View::default() });
     page.heading("Area by shape error");
     histogram(&mut page, &audit.samples);
     page.heading("By CAD face");
@@ -31,22 +30,25 @@ pub fn page(tool: &ToolModel, audit: &Audit) -> Page {
 }
 
 /// The patches as a coloured surface.
-fn surface(tool: &ToolModel, samples: &[PatchSamples]) -> ValuedSurface {
+fn surface(tool: &ToolModel, samples: &[PatchSamples]) -> Surface {
     let cut = cut(tool, samples);
-    let mut triangles = Vec::new();
-    for (_, cell) in &cut.cells {
-        let id = |k: usize| cell[k] as u32;
-        triangles.extend((2..cell.len()).map(|k| [id(0), id(k - 1), id(k)]));
-    }
-    ValuedSurface {
+    let ids = |cell: &[usize]| cell.iter().map(|&k| k as u32).collect::<Vec<u32>>();
+    let polygons: Vec<Vec<u32>> = cut.cells.iter().map(|(_, cell)| ids(cell)).collect();
+    let (triangles, owners) = fans(polygons.iter().map(Vec::as_slice));
+    let error = Field {
+        name: "shape error [mm]".into(),
+        signed: true,
+        values: cut.delta,
+        ..Field::default()
+    };
+    Surface {
         name: tool.name.clone(),
         points: cut.points,
         triangles,
-        values: cut.delta,
-        quantity: "shape error [mm]".into(),
-        opacity: 1.0,
-        signed: true,
-        hidden: false,
+        cells: owners.iter().map(|&cell| cut.cells[cell as usize].0 as u32).collect(),
+        cell_name: "patch",
+        fields: vec![error],
+        ..Surface::default()
     }
 }
 
@@ -155,12 +157,13 @@ fn histogram(page: &mut Page, samples: &[PatchSamples]) {
     }
     let width = top / BINS as f64;
     let x: Vec<f64> = (0..BINS).map(|k| (k as f64 + 0.5) * width).collect();
-    let trace = json!({"type": "bar", "x": x, "y": shares, "width": width});
-    let layout = json!({
-        "xaxis": {"title": {"text": "|shape error| [mm]"}},
-        "yaxis": {"title": {"text": "fraction of the area [%]"}, "type": "log"},
-        "margin": {"t": 24, "r": 24, "l": 72, "b": 56},
-        "font": {"family": "system-ui, sans-serif", "size": 14},
-    });
-    page.plot(&[trace], &layout, 340);
+    let series = Series { name: "fraction of the area".into(), x, y: shares };
+    let axis = |title: &str, log| Axis { title: title.into(), log };
+    let plot = Plot {
+        x: axis("|shape error| [mm]", false),
+        y: axis("fraction of the area [%]", true),
+        series: vec![(series, Style::Bars(width))],
+        equal: false,
+    };
+    page.plot(&plot, 340);
 }

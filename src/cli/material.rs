@@ -9,8 +9,8 @@ use super::exit::{EXIT_HELP, Exit, Failure};
 use super::fit;
 use super::output_clash::refuse_clashes;
 use super::terminal::{out, out_lines};
-use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
+use crate::report::plot::{Plot, Series};
 use crate::scene::read::parse_card;
 use crate::solver::material::card::{self, CardError, MaterialCard};
 use crate::solver::material::yield_function::YieldFunction;
@@ -201,21 +201,16 @@ fn page(card: &MaterialCard, function: Option<&YieldFunction>) -> Page {
         let x: Vec<f64> = (0..=200).map(|k| 0.0025 * f64::from(k)).collect();
         let y = x.iter().filter_map(|&p| Some(card.tension(p)?.0)).collect();
         let series = Series { name: "stress".into(), x, y };
-        let (traces, layout) =
-            lines(&[series], "plastic strain in tension along rolling", "stress [MPa]");
-        page.plot(&traces, &layout, 420);
+        let title = "plastic strain in tension along rolling";
+        page.plot(&Plot::lines(vec![series], title, "stress [MPa]"), 420);
         page.table(&["p", "stress [MPa]", "slope [MPa]"], &rows);
     }
     if let Some(function) = function {
         page.heading("Yield locus");
         page.text("Plane stress over the yield stress along rolling, at four levels of shear.");
-        let (traces, mut layout) = lines(
-            &SHEAR_FRACTIONS.map(|fraction| locus(function, fraction)),
-            "rolling",
-            "transverse",
-        );
-        layout["yaxis"]["scaleanchor"] = "x".into();
-        page.plot(&traces, &layout, 560);
+        let series = SHEAR_FRACTIONS.map(|fraction| locus(function, fraction)).into();
+        let plot = Plot { equal: true, ..Plot::lines(series, "rolling", "transverse") };
+        page.plot(&plot, 560);
         add_anisotropy(&mut page, function);
     }
     page
@@ -230,10 +225,11 @@ fn add_anisotropy(page: &mut Page, function: &YieldFunction) {
         x: x.clone(),
         y: x.iter().map(|a| value(a.to_radians())).collect(),
     };
-    let series =
-        [of("r value", &|a| function.r_value(a)), of("yield ratio", &|a| function.yield_ratio(a))];
-    let (traces, layout) = lines(&series, "angle to rolling [deg]", "");
-    page.plot(&traces, &layout, 420);
+    let series = vec![
+        of("r value", &|a| function.r_value(a)),
+        of("yield ratio", &|a| function.yield_ratio(a)),
+    ];
+    page.plot(&Plot::lines(series, "angle to rolling [deg]", ""), 420);
     page.table(&["angle [deg]", "r", "yield ratio"], &angles(function));
 }
 

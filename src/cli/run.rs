@@ -50,7 +50,7 @@ pub struct RunArgs {
     /// Exclude what does not change results (tool patches that the sheet cannot touch); run.json lists them
     #[arg(long)]
     auto: bool,
-    /// When to write report.html (4.7 MB): at the end of every run, or only when the solver does not converge; `report
+    /// When to write report.html: at the end of every run, or only when the solver does not converge; `report
     /// DIR` writes it later
     #[arg(long, value_name = "WHEN", value_enum, default_value_t = When::Always)]
     report: When,

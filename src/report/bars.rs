@@ -1,12 +1,15 @@
-//! Bar charts, grouped or stacked, with one row per name: as SVG and as plotly traces.
+//! Bar charts, grouped or stacked, with one row per name: as SVG files and on pages.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use serde_json::{Value, json};
 
-use super::drawing::{Area, COLORS, Drawn, LEGEND_WIDTH_PX, Line, Short, draw_legend, write_svg};
+use super::digits::four_digits;
+use super::drawing::{Area, COLORS, Drawn, LEGEND_WIDTH_PX, Line, draw_legend, write_svg};
+use super::foreign::escaped;
+use super::plot::ticks::{Short, even_ticks};
 use crate::files::WriteError;
 
 /// A horizontal bar chart.
@@ -32,6 +35,8 @@ const ROW_HEIGHT_PX: u32 = 26;
 const FRAME_HEIGHT_PX: u32 = 96;
 /// Width left of the bars for the names of the rows [px].
 const ROW_NAME_WIDTH_PX: u32 = 170;
+/// Number of colours of the style sheet of pages.
+const PAGE_COLORS: usize = 12;
 
 impl Bars {
     /// Bars of row `row`: `[start, end, top, bottom]` and the part. Top and bottom are in units of the row height.
@@ -52,25 +57,107 @@ impl Bars {
         out
     }
 
-    /// Plotly traces and layout.
-    #[must_use]
-    pub fn traces(&self) -> (Vec<Value>, Value) {
-        let trace = |(name, lengths): &(String, Vec<f64>)| json!({"type": "bar", "orientation": "h", "name": name, "x": lengths, "y": self.names});
-        let layout = json!({
-            "barmode": if self.stacked { "stack" } else { "group" },
-            "xaxis": {"title": {"text": self.x}},
-            "yaxis": {"autorange": "reversed", "automargin": true},
-            "showlegend": self.parts.len() > 1,
-            "legend": {"traceorder": "normal"},
-            "margin": {"t": 24, "r": 24, "l": 72, "b": 56},
-            "font": {"family": "system-ui, sans-serif", "size": 14},
-        });
-        (self.parts.iter().map(trace).collect(), layout)
+    /// Length of the axis.
+    fn longest(&self) -> f64 {
+        let ends = (0..self.names.len()).flat_map(|row| self.row(row)).map(|(bar, _)| bar[1]);
+        let longest = ends.fold(0.0, f64::max);
+        if longest > 0.0 { 1.05 * longest } else { 1.0 }
     }
 
-    /// Height of the drawing and of the plot on a page [px].
-    #[must_use]
-    pub fn height(&self) -> usize {
+    /// The chart as an HTML figure with the number `id` on its page. Pointing at a bar shows its value.
+    pub(super) fn figure(&self, id: usize) -> String {
+        let (width, height) = (f64::from(CHART_WIDTH_PX) + 140.0, self.height() as f64 - 24.0);
+        let (left, right, low) = (f64::from(ROW_NAME_WIDTH_PX), width - 24.0, height - 48.0);
+        let longest = self.longest();
+        let pixel = |value: f64| left + value / longest * (right - left);
+        let (title, axis) = (escaped(&self.title), escaped(&self.x));
+        let mut out = format!(
+            "<figure class=\"plot\" id=\"plot{id}\"><div class=\"wide\"><svg viewBox=\"0 0 {width} {height}\" role=\"img\" \
+             aria-labelledby=\"t{id} d{id}\"><title id=\"t{id}\">{title}</title><desc id=\"d{id}\">{axis}</desc>\n"
+        );
+        self.draw_axis(&mut out, [left, right, low], &pixel);
+        let row_height = (low - 8.0) / self.names.len().max(1) as f64;
+        for (row, name) in self.names.iter().enumerate() {
+            let top = 8.0 + row as f64 * row_height;
+            self.draw_row(&mut out, row, &pixel, |part| top + part * row_height);
+            let _ = writeln!(
+                out,
+                "<text x=\"{:.1}\" y=\"{:.1}\" class=\"e\">{}</text>",
+                left - 8.0,
+                top + 0.5 * row_height + 4.5,
+                escaped(name)
+            );
+        }
+        let _ = writeln!(
+            out,
+            "<path class=\"axis\" d=\"M{left:.1} 8V{low:.1}H{right:.1}\"/></svg></div>"
+        );
+        self.draw_names(&mut out);
+        out.push_str("</figure>\n");
+        out
+    }
+
+    /// Grid lines, ticks and title of the length axis.
+    fn draw_axis(&self, out: &mut String, [left, right, low]: [f64; 3], x: &impl Fn(f64) -> f64) {
+        for tick in even_ticks(&(0.0..self.longest())) {
+            let (at, label) = (x(tick), Short(tick));
+            let _ = write!(
+                out,
+                "<path class=\"grid\" d=\"M{at:.1} {low:.1}V8\"/><text x=\"{at:.1}\" y=\"{:.1}\" class=\"m\">{label}</text>",
+                low + 18.0
+            );
+        }
+        let _ = writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" class=\"m\">{}</text>",
+            0.5 * (left + right),
+            low + 40.0,
+            escaped(&self.x)
+        );
+    }
+
+    fn draw_row(
+        &self,
+        out: &mut String,
+        row: usize,
+        x: &impl Fn(f64) -> f64,
+        y: impl Fn(f64) -> f64,
+    ) {
+        for ([from, to, above, below], part) in self.row(row) {
+            let _ = writeln!(
+                out,
+                "<rect class=\"bar c{}\" x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"><title>{}, {}: {}</title></rect>",
+                part % PAGE_COLORS,
+                x(from),
+                y(above),
+                x(to) - x(from),
+                y(below) - y(above),
+                escaped(&self.names[row]),
+                escaped(&self.parts[part].0),
+                four_digits(to - from)
+            );
+        }
+    }
+
+    /// The legend, if there are several parts.
+    fn draw_names(&self, out: &mut String) {
+        if self.parts.len() < 2 {
+            return;
+        }
+        out.push_str("<ul class=\"legend\">");
+        for (k, (name, _)) in self.parts.iter().enumerate() {
+            let _ = write!(
+                out,
+                "<li><svg viewBox=\"0 0 22 12\" aria-hidden=\"true\"><rect class=\"bar c{}\" width=\"22\" height=\"12\"/></svg>{}</li>",
+                k % PAGE_COLORS,
+                escaped(name)
+            );
+        }
+        out.push_str("</ul>\n");
+    }
+
+    /// Height of the drawing [px].
+    fn height(&self) -> usize {
         (FRAME_HEIGHT_PX + ROW_HEIGHT_PX * self.names.len().max(self.parts.len()) as u32) as usize
     }
 
@@ -93,8 +180,7 @@ impl Bars {
 
     fn draw(&self, area: &Area<'_>) -> Drawn {
         let rows: Vec<_> = (0..self.names.len()).map(|row| self.row(row)).collect();
-        let longest = rows.iter().flatten().map(|(bar, _)| bar[1]).fold(0.0, f64::max);
-        let longest = if longest > 0.0 { 1.05 * longest } else { 1.0 };
+        let longest = self.longest();
         // Plotters' ordinate grows upwards; rows are numbered downwards.
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, ("sans-serif", 16))
@@ -148,9 +234,9 @@ mod tests {
             bars(stacked).write(&path).unwrap();
             let text = std::fs::read_to_string(&path).unwrap();
             assert!(text.contains("wall time") && text.matches("<rect").count() >= 1 + 4 + 2);
-            let (traces, layout) = bars(stacked).traces();
-            assert_eq!(traces.len(), 2);
-            assert_eq!(layout["barmode"], if stacked { "stack" } else { "group" });
+            let page = bars(stacked).figure(0);
+            assert_eq!(page.matches("<rect").count(), 4 + 2, "{page}");
+            assert!(page.contains("<title>b, two: 0</title>") && page.contains("wall time [s]"));
         }
         Bars::default().write(&folder.path().join("none.svg")).unwrap();
     }

@@ -1,6 +1,5 @@
 //! Drawings as SVG for pages without scripts: heat maps, and line charts with linear or logarithmic axes.
 
-use std::fmt::Display;
 use std::ops::Range;
 use std::path::Path;
 
@@ -9,6 +8,7 @@ use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
 use super::foreign::visible_text;
+use super::plot::ticks::{Short, log_ticks};
 use crate::files::{WriteError, write_atomic};
 
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -183,7 +183,7 @@ pub fn write_chart(path: &Path, chart: &Chart) -> Result<(), WriteError> {
         let x = range_of(chart, chart.x.1, |p| p.0);
         let y = range_of(chart, chart.y.1, |p| p.1);
         let log = |range: Range<f64>| {
-            let ticks = ticks(&range);
+            let ticks = log_ticks(&range);
             range.log_scale().with_key_points(ticks)
         };
         match (chart.x.1, chart.y.1) {
@@ -251,29 +251,6 @@ where
     Ok(())
 }
 
-/// Ascending ticks of a logarithmic axis. A short range has more ticks per decade; a very short one has even steps.
-fn ticks(range: &Range<f64>) -> Vec<f64> {
-    let (first, last) = (range.start.log10().floor() as i32, range.end.log10().ceil() as i32);
-    let per_decade: &[f64] = match (range.end / range.start).log10() {
-        decades if decades < 1.0 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
-        decades if decades < 3.5 => &[1.0, 2.0, 5.0],
-        _ => &[1.0],
-    };
-    let decades = (first..=last).flat_map(|k| per_decade.iter().map(move |m| m * 10f64.powi(k)));
-    let ticks: Vec<f64> = decades.filter(|tick| range.contains(tick)).collect();
-    if ticks.len() < 3 { steps(range) } else { ticks }
-}
-
-/// Three to nine multiples within the range of 1, 2 or 5 times a power of ten.
-fn steps(range: &Range<f64>) -> Vec<f64> {
-    let quarter = (range.end - range.start) / 4.0;
-    let decade = 10f64.powi(quarter.log10().floor() as i32);
-    let step = [5.0, 2.0, 1.0].map(|m| m * decade).into_iter().find(|&step| step <= quarter);
-    let step = step.unwrap_or(decade);
-    let first = (range.start / step).ceil();
-    (0..).map(|k| (first + f64::from(k)) * step).take_while(|tick| range.contains(tick)).collect()
-}
-
 /// Colour of line `k`; rings are black.
 fn color_of(k: usize, line: &Line) -> RGBColor {
     if line.marks_only { BLACK } else { COLORS[k % COLORS.len()] }
@@ -292,20 +269,6 @@ pub(super) fn draw_legend(area: &Area<'_>, lines: &[Line]) -> Drawn {
         area.draw(&Text::new(line.name.clone(), (24, y - 6), ("sans-serif", 12)))?;
     }
     Ok(())
-}
-
-/// A number formatted for an axis: at most six decimals, or an exponent.
-pub(super) struct Short(pub(super) f64);
-
-impl Display for Short {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let size = self.0.abs();
-        if size != 0.0 && !(1e-3..1e6).contains(&size) {
-            write!(f, "{:.0e}", self.0)
-        } else {
-            write!(f, "{}", (self.0 * 1e6).round() / 1e6)
-        }
-    }
 }
 
 pub(super) fn write_svg(
@@ -329,15 +292,6 @@ pub(super) fn write_svg(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn marks_of_a_logarithmic_axis_are_round_and_few() {
-        assert_eq!(ticks(&(0.9..60.0)), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0]);
-        assert_eq!(ticks(&(3e-9..4e-2)).len(), 7);
-        assert_eq!(ticks(&(30.0..2400.0)), [50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0]);
-        assert_eq!(ticks(&(242.78..387.72)), [260.0, 280.0, 300.0, 320.0, 340.0, 360.0, 380.0]);
-        assert_eq!(ticks(&(7.1..8.1)).len(), 5);
-    }
 
     #[test]
     fn drawings_hold_their_cells_lines_and_titles_whatever_the_values() {

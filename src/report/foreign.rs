@@ -1,5 +1,6 @@
 //! Escaping of text from outside the program (file, scene, tool and material names) for pages and drawings.
 
+#[cfg(feature = "pages")]
 use serde_json::Value;
 
 /// The replacement of a character that is invisible, invalid in XML, or changes the direction of the text after it.
@@ -41,29 +42,12 @@ pub fn escaped(text: &str) -> String {
     out
 }
 
-/// Text escaped for plotly, which interprets tags as markup and has no entities for quotes.
-fn in_plot(text: &str) -> String {
-    visible_text(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
-/// Text escaped for a plotly template (`hovertemplate`), in which `%{...}` is substituted.
-#[must_use]
-pub fn in_template(text: &str) -> String {
-    in_plot(text).replace("%{", "%&#123;")
-}
-
-/// Escapes all strings of a plotly trace or layout, in which plotly interprets tags as markup and links. Templates are
-/// not changed.
-pub fn escape_texts(value: &mut Value) {
-    match value {
-        Value::String(text) => *text = in_plot(text),
-        Value::Array(items) => items.iter_mut().for_each(escape_texts),
-        Value::Object(fields) => {
-            let texts = fields.iter_mut().filter(|(key, _)| *key != "hovertemplate");
-            texts.for_each(|(_, value)| escape_texts(value));
-        }
-        Value::Null | Value::Bool(_) | Value::Number(_) => {}
-    }
+/// A value as JSON inside a script element. A `<` in a string could end the script or open a comment, and is written as an
+/// escape; JSON has none outside strings.
+#[cfg(feature = "pages")]
+pub(super) fn json_text(value: &Value) -> String {
+    let text = value.to_string();
+    text.replace('<', "\\u003c").replace('\u{2028}', "\\u2028").replace('\u{2029}', "\\u2029")
 }
 
 #[cfg(test)]
@@ -78,15 +62,13 @@ mod tests {
         assert_eq!(visible_text(NAME), "<b onclick=\"x\">&'\u{2407}\u{fffd}\u{fffd}\u{fffd}%{x}");
         let text = "&lt;b onclick=&quot;x&quot;&gt;&amp;&#39;\u{2407}\u{fffd}\u{fffd}\u{fffd}%{x}";
         assert_eq!(escaped(NAME), text);
-        assert_eq!(in_template("a%{y}<"), "a%&#123;y}&lt;");
     }
 
     #[test]
-    fn texts_of_a_trace_are_escaped_at_any_depth() {
-        let template = "%{x}<extra>0</extra>";
-        let mut trace = json!({"name": "<a>\"'", "y": ["<b>", 1], "t": {"text": "&"}, "hovertemplate": template});
-        escape_texts(&mut trace);
-        let expected = json!({"name": "&lt;a&gt;\"'", "y": ["&lt;b&gt;", 1], "t": {"text": "&amp;"}, "hovertemplate": template});
-        assert_eq!(trace, expected);
+    fn json_in_a_page_ends_no_script() {
+        let value = json!({"a": "</script><!--\u{2028}", "b": 1.5});
+        let text = json_text(&value);
+        assert!(!text.contains('<') && !text.contains('\u{2028}'), "{text}");
+        assert_eq!(serde_json::from_str::<Value>(&text).unwrap(), value);
     }
 }

@@ -3,8 +3,6 @@
 
 #[cfg(feature = "pages")]
 pub mod bars;
-#[cfg(feature = "pages")]
-pub mod charts;
 pub mod csv;
 pub mod digits;
 pub mod doubt;
@@ -13,7 +11,11 @@ pub mod drawing;
 pub mod foreign;
 #[cfg(feature = "pages")]
 pub mod page;
+#[cfg(feature = "pages")]
+pub mod plot;
 pub mod record;
+#[cfg(feature = "pages")]
+pub mod viewer;
 pub mod vtu;
 pub mod vtu_read;
 

@@ -1,13 +1,16 @@
-//! Self-contained HTML pages: text, tables, charts and 3-D views. The plotting script is embedded, so that a page opens
-//! without a network.
+//! Self-contained HTML pages: text, tables, plots and 3-D views. A page needs no network, and no script to be read; its
+//! scripts add values on hover and turn pictures into views.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use serde_json::Value;
+use serde_json::json;
 
+use super::bars::Bars;
 use super::doubt::Doubt;
-use super::foreign::{escape_texts, escaped};
+use super::foreign::{escaped, json_text};
+use super::plot::{self, Plot};
+use super::viewer::{Arrays, View};
 use crate::files::{WriteError, write_atomic};
 
 /// A page under construction.
@@ -15,8 +18,13 @@ use crate::files::{WriteError, write_atomic};
 pub struct Page {
     title: String,
     body: String,
-    scripts: String,
-    plots: usize,
+    /// The last heading: title of the figures below it.
+    heading: String,
+    figures: usize,
+    arrays: Arrays,
+    /// Whether plots and views need their scripts.
+    has_plots: bool,
+    has_views: bool,
 }
 
 impl Page {
@@ -24,11 +32,12 @@ impl Page {
     #[must_use]
     pub fn new(title: &str) -> Self {
         let body = format!("<h1>{}</h1>\n", escaped(title));
-        Self { title: title.to_owned(), body, ..Self::default() }
+        Self { title: title.to_owned(), heading: title.to_owned(), body, ..Self::default() }
     }
 
     /// A section heading.
     pub fn heading(&mut self, text: &str) {
+        text.clone_into(&mut self.heading);
         let _ = writeln!(self.body, "<h2>{}</h2>", escaped(text));
     }
 
@@ -92,19 +101,29 @@ impl Page {
         self.body.push_str("</tbody></table></div>\n");
     }
 
-    /// A plot of plotly traces and layout, `height` in CSS pixels. Their texts are escaped: plotly's markup is not
-    /// interpreted.
-    pub fn plot(&mut self, traces: &[Value], layout: &Value, height: usize) {
-        let id = format!("plot{}", self.plots);
-        self.plots += 1;
-        let _ = writeln!(self.body, "<div id=\"{id}\" style=\"height:{height}px\"></div>");
-        let (mut data, mut layout) = (Value::from(traces), layout.clone());
-        escape_texts(&mut data);
-        escape_texts(&mut layout);
-        let _ = writeln!(
-            self.scripts,
-            "Plotly.newPlot(\"{id}\",{data},{layout},{{responsive:true,displaylogo:false}});"
-        );
+    /// A plot, `height` in CSS pixels at full width.
+    pub fn plot(&mut self, plot: &Plot, height: usize) {
+        let id = self.next_figure();
+        self.has_plots = true;
+        self.body.push_str(&plot::figure(plot, &self.heading, id, height));
+    }
+
+    /// A bar chart.
+    pub fn bars(&mut self, bars: &Bars) {
+        let id = self.next_figure();
+        self.body.push_str(&bars.figure(id));
+    }
+
+    /// A 3-D view.
+    pub fn view(&mut self, view: &View) {
+        let id = self.next_figure();
+        self.has_views = true;
+        self.body.push_str(&view.figure(id, &mut self.arrays));
+    }
+
+    fn next_figure(&mut self) -> usize {
+        self.figures += 1;
+        self.figures - 1
     }
 
     /// The complete page.
@@ -116,24 +135,32 @@ impl Page {
         String::from_utf8_lossy(&out).into_owned()
     }
 
-    /// Writes the page in parts: the plotting script has several megabytes and is not copied.
     fn write_to(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
-        let library = plotly::Plot::offline_js_sources();
-        let start = library.find('>').map_or(0, |at| at + 1);
-        let end = library.find("</script>").unwrap_or(library.len());
-        let library = &library[start.min(end)..end];
-        let scripts = format!("\n{}", in_script(&self.scripts));
-        let policy = policy(&[library, &scripts]);
+        let scripts = self.scripts();
         write!(
             out,
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\"><title>{}</title>\n\
-             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<style>{STYLE}</style>\n",
-            escaped(&self.title)
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{}\"><title>{}</title>\n\
+             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<style>\n{STYLE}</style>\n\
+             </head><body><main>\n{}</main>\n",
+            policy(&scripts),
+            escaped(&self.title),
+            self.body
         )?;
-        write!(out, "<script>{library}</script>\n</head><body><main>\n{}</main>\n", self.body)?;
-        write!(out, "<script>{scripts}")?;
-        out.write_all(b"</script></body></html>\n")
+        if self.has_views {
+            let arrays = json_text(&json!(self.arrays.texts()));
+            writeln!(out, "<script type=\"application/json\" id=\"arrays\">{arrays}</script>")?;
+        }
+        for script in scripts {
+            writeln!(out, "<script>{script}</script>")?;
+        }
+        out.write_all(b"</body></html>\n")
+    }
+
+    /// The scripts that the page needs.
+    fn scripts(&self) -> Vec<&'static str> {
+        let all = [(self.has_plots, HOVER), (self.has_views, VIEWER)];
+        all.into_iter().filter(|(needed, _)| *needed).map(|(_, script)| script).collect()
     }
 
     /// Writes the page to a temporary file beside `path`, then renames it.
@@ -161,60 +188,77 @@ fn whole_words(text: &str) -> String {
     text.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
 
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;margin:0;color:#1b2330;background:#fff}\
-main{max-width:1080px;margin:0 auto;padding:24px}h1{font-size:28px;margin:0 0 8px}\
-h2{font-size:20px;margin:32px 0 8px;border-bottom:1px solid #d5dbe3;padding-bottom:4px}\
-table{border-collapse:collapse;font-size:14px;margin:8px 0}th,td{padding:3px 12px 3px 0;text-align:left;\
-border-bottom:1px solid #e6eaef}th{color:#5a6675;font-weight:600}td.n{text-align:right;\
-font-variant-numeric:tabular-nums}p{max-width:75ch}\
-.doubts,.notes{border:2px solid #b3541e;background:#fdf3ec;padding:4px 20px;margin:16px 0}\
-.notes{border-color:#5a6675;background:#f3f5f8}.doubts h2,.notes h2{border:0;margin:8px 0}\
-.doubts li,.notes li{max-width:90ch;margin:4px 0}\
-.wide td.t{min-width:32ch}.wide td span{white-space:nowrap}\
-.wide{overflow-x:auto;max-width:100%}.wide th{vertical-align:bottom}\
-.wide th:first-child,.wide td:first-child{position:sticky;left:0;background:#fff;min-width:9em}";
+const STYLE: &str = include_str!("style.css");
 
-/// Scripts with strings from outside the program. A `<` in a string could end the script or open a comment, and is
-/// written as an escape; scripts contain no `<` outside strings.
-fn in_script(scripts: &str) -> String {
-    scripts.replace('<', "\\u003c").replace('\u{2028}', "\\u2028").replace('\u{2029}', "\\u2029")
-}
+/// Values of plots on hover.
+const HOVER: &str = include_str!("plot/hover.js");
+/// 3-D views. The files are one script with one scope.
+const VIEWER: &str = concat!(
+    "\"use strict\";(()=>{\n",
+    include_str!("viewer/data.js"),
+    include_str!("viewer/geometry.js"),
+    include_str!("viewer/draw.js"),
+    include_str!("viewer/controls.js"),
+    include_str!("viewer/view.js"),
+    "})();\n"
+);
 
-/// The content security policy: only these scripts, and nothing from a network. The plotting library compiles functions
-/// from text (`unsafe-eval`).
+/// The content security policy: only these scripts, and nothing from a network.
 fn policy(scripts: &[&str]) -> String {
     use base64::Engine as _;
     let digest = |script: &&str| {
         let digest = crate::files::digest::sha256(script.as_bytes());
         format!(" 'sha256-{}'", base64::engine::general_purpose::STANDARD.encode(digest))
     };
-    let scripts: String = scripts.iter().map(digest).collect();
+    let scripts: String = match scripts {
+        [] => " 'none'".into(),
+        some => some.iter().map(digest).collect(),
+    };
     format!(
-        "default-src 'none'; script-src{scripts} 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; \
-         font-src data:; worker-src blob:; base-uri 'none'; form-action 'none'"
+        "default-src 'none'; script-src{scripts}; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
+         form-action 'none'"
     )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
+    use crate::report::plot::Series;
 
     #[test]
     fn a_page_needs_no_network_and_escapes_what_it_is_given() {
         let mut page = Page::new("a <b> & \"c\"");
         page.table(&["x"], &[vec!["1.5".into()], vec!["</td>".into()]]);
         page.table(&["codes"], &[vec!["energy-balance; </b>-x".into()], vec!["-1.5e-3".into()]]);
-        page.plot(&[json!({"x":[1,2],"y":[3,4],"name":"</script>"})], &json!({}), 300);
+        assert!(page.html().contains("default-src 'none'; script-src 'none';"));
+        let series = Series { name: "</script>".into(), x: vec![1.0, 2.0], y: vec![3.0, 4.0] };
+        page.plot(&Plot::lines(vec![series], "x", "y"), 300);
+        page.view(&View { title: "</script>".into(), ..View::default() });
         let html = page.html();
         assert!(html.contains("<title>a &lt;b&gt; &amp; &quot;c&quot;</title>"));
         assert!(html.contains("<td class=\"n\">1.5</td>") && html.contains("&lt;/td&gt;"));
         assert!(html.contains("<td><span>energy-balance;</span> <span>&lt;/b&gt;-x</span></td>"));
         assert!(html.contains("<td class=\"n\">-1.5e-3</td>"));
-        assert!(html.contains("\"&lt;/script&gt;\"") && !html.contains("\"</script>"));
-        assert!(html.contains("default-src 'none'; script-src 'sha256-"));
-        assert!(html.contains("<div class=\"wide\"><table>") && html.contains("position:sticky"));
-        assert!(!html.contains("<script src") && !html.contains("<link"));
-        assert!(html.len() > 1_000_000, "the plotting script is inside");
+        assert!(html.contains("\\u003c/script>") && !html.contains("\"</script>"));
+        assert_eq!(html.matches("<script").count(), html.matches("</script>").count());
+        assert!(
+            html.contains("default-src 'none'; script-src 'sha256-")
+                && !html.contains("unsafe-eval")
+        );
+        assert!(html.contains("<div class=\"wide\"><table>") && html.contains("position: sticky"));
+        for loads in ["<script src", "<link", "http:", "https:", "@import", "url(h"] {
+            assert!(!html.contains(loads), "{loads}");
+        }
+    }
+
+    /// A script that contains the end of its element, or a comment, would be cut.
+    #[test]
+    fn scripts_can_stand_in_a_page() {
+        for script in [HOVER, VIEWER] {
+            assert!(!script.contains("</") && !script.contains("<!--"));
+            assert!(!script.contains("eval(") && !script.contains("innerHTML"));
+        }
+        let lines: usize = [HOVER, VIEWER].map(|script| script.lines().count()).iter().sum();
+        assert!(lines <= 1500, "{lines} lines");
     }
 }

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use super::StudyError;
 use crate::files::write_atomic;
-use crate::report::charts::{Series, lines};
 use crate::report::csv;
 use crate::report::drawing::{Chart, Line};
 use crate::report::page::Page;
+use crate::report::plot::{Axis, Plot, Series, Style};
 
 /// Writes a CSV table; cells with commas, quotes or line breaks are quoted.
 pub(super) fn write_csv(
@@ -29,23 +29,14 @@ pub(super) fn write_csv(
 pub(super) fn plot(page: &mut Page, chart: &Chart) {
     let series = |line: &Line| {
         let (x, y) = line.points.iter().copied().unzip();
-        Series { name: line.name.clone(), x, y }
+        let style = if line.marks_only { Style::Rings } else { Style::Line };
+        (Series { name: line.name.clone(), x, y }, style)
     };
-    let all: Vec<Series> = chart.lines.iter().map(series).collect();
-    let (mut traces, mut layout) = lines(&all, &chart.x.0, &chart.y.0);
-    for (trace, line) in traces.iter_mut().zip(&chart.lines).filter(|(_, l)| l.marks_only) {
-        trace["mode"] = "markers".into();
-        trace["marker"] =
-            serde_json::json!({"symbol": "circle-open", "size": 14, "color": "black"});
-        trace["name"] = line.name.as_str().into();
-    }
-    for (axis, log) in [("xaxis", chart.x.1), ("yaxis", chart.y.1)] {
-        if log {
-            layout[axis]["type"] = "log".into();
-        }
-    }
+    let axis = |(title, log): &(String, bool)| Axis { title: title.clone(), log: *log };
+    let series = chart.lines.iter().map(series).collect();
+    let plot = Plot { x: axis(&chart.x), y: axis(&chart.y), series, equal: false };
     page.heading(&chart.title);
-    page.plot(&traces, &layout, 480);
+    page.plot(&plot, 480);
 }
 
 #[cfg(test)]

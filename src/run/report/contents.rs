@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::steps::{self, Step};
 use super::tools::ToolView;
 use crate::geometry::Vec3;
 use crate::report::record::{History, RunRecord};
@@ -24,6 +25,10 @@ pub(super) struct Contents<'a> {
     pub(super) material: Option<&'a str>,
     /// The sheet at the end; `None` if its state is unknown.
     pub(super) sheet: Option<SheetView<'a>>,
+    /// Earlier states of sheet and tools, in time.
+    pub(super) steps: Vec<Step>,
+    /// Symmetry planes of the model: axis and coordinate [mm].
+    pub(super) symmetry: Vec<(usize, f64)>,
     /// The tools.
     pub(super) tools: Vec<ToolView>,
     /// Parts that the page lacks, each with the reason.
@@ -77,10 +82,17 @@ impl<'a> Contents<'a> {
             history: &folder.history,
             material: Some(&plan.card.name),
             sheet: Some(sheet),
+            steps: steps::read(&folder.path, &folder.history, mesh),
+            symmetry: symmetry(plan),
             tools: ToolView::of_plan(plan, &simulation.tool_shifts()),
             missing: Vec::new(),
         }
     }
+}
+
+/// Symmetry planes of a scene: axis and coordinate [mm].
+pub(super) fn symmetry(plan: &Plan) -> Vec<(usize, f64)> {
+    plan.scene.symmetry.iter().map(|plane| (plane.normal.index(), plane.at_mm)).collect()
 }
 
 /// Strains of the mid-surfaces.

@@ -4,9 +4,10 @@ use std::borrow::Cow;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::contents::{Contents, SheetView};
+use super::contents::{Contents, SheetView, symmetry};
 use super::error::ReportError;
 use super::grid;
+use super::steps;
 use super::tools::ToolView;
 use crate::files::{Input, read as read_file, read_text};
 use crate::geometry::Vec3;
@@ -112,7 +113,18 @@ impl RunFiles {
         let tools = self.tools(&mut missing);
         let plan = self.scene.as_ref().ok().map(|scene| &scene.plan);
         let material = plan.map(|plan| plan.card.name.as_str());
-        Contents { record: &self.record, history: &self.history, material, sheet, tools, missing }
+        let steps =
+            sheet.as_ref().map(|sheet| steps::read(&self.folder, &self.history, &sheet.mesh));
+        Contents {
+            record: &self.record,
+            history: &self.history,
+            material,
+            sheet,
+            steps: steps.unwrap_or_default(),
+            symmetry: plan.map(symmetry).unwrap_or_default(),
+            tools,
+            missing,
+        }
     }
 
     /// The sheet at the end, from `steps/last.vtu`.

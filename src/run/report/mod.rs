@@ -6,6 +6,7 @@ mod error;
 mod files;
 mod grid;
 mod sheet;
+mod steps;
 mod summary;
 mod thickness;
 mod tools;
@@ -14,8 +15,8 @@ use std::path::{Path, PathBuf};
 
 use super::folder::RunFolder;
 use crate::files::WriteError;
-use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
+use crate::report::plot::{Plot, Series};
 use crate::report::record::History;
 use crate::scene::Plan;
 use crate::solver::Simulation;
@@ -71,17 +72,16 @@ fn page(contents: &Contents<'_>) -> Page {
     page.heading("Force against travel");
     let (travelled, title) = path(history);
     let series = force_series(history, &travelled);
-    let (traces, layout) = lines(&series, &title, "force, whole process [N]");
-    page.plot(&traces, &layout, 420);
+    page.plot(&Plot::lines(series, &title, "force, whole process [N]"), 420);
     if let Some(sheet) = &contents.sheet {
         let thickness = sheet.thickness();
         page.heading("Thickness");
         thickness::chart(&mut page, sheet.shape, &sheet.mesh, &thickness);
         sheet::strains(&mut page, sheet, record.springback.is_some());
-        sheet::formed(&mut page, sheet, thickness);
+        sheet::formed(&mut page, contents, sheet, thickness);
     }
     page.heading("The tools and their shape error");
-    tools::views(&mut page, &contents.tools);
+    tools::views(&mut page, &contents.tools, &contents.symmetry);
     page
 }
 

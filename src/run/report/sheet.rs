@@ -1,9 +1,11 @@
 //! The sheet in `report.html`: strains as in a forming limit diagram, and 3-D views.
 
-use super::contents::SheetView;
+use super::contents::{Contents, SheetView};
+use super::steps::{self, Step};
 use crate::geometry::Vec3;
-use crate::report::charts::{Series, ValuedSurface, points, surfaces};
 use crate::report::page::Page;
+use crate::report::plot::{Plot, Series};
+use crate::report::viewer::{Field, Frame, Location, Surface, View, Visibility, fans};
 use crate::run::strains::Principal;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
@@ -18,9 +20,8 @@ pub(super) fn strains(page: &mut Page, sheet: &SheetView<'_>, released: bool) {
          tension (isotropic), plane strain, and equal biaxial stretching."
     ));
     let elements = strain_series(strains);
-    let (traces, layout) =
-        points(&elements, &strain_paths(&elements.y), "minor strain", "major strain");
-    page.plot(&traces, &layout, 480);
+    let paths = strain_paths(&elements.y);
+    page.plot(&Plot::scatter(elements, paths, "minor strain", "major strain"), 480);
 }
 
 fn strain_series(strains: &[Principal]) -> Series {
@@ -39,29 +40,55 @@ fn strain_paths(major: &[f64]) -> Vec<Series> {
     [("tension", -0.5), ("plane strain", 0.0), ("equal biaxial", 1.0)].map(path).into()
 }
 
-/// The upper face in 3-D, coloured by thickness (one value per column [mm]) and, if the material has it, by plastic
-/// strain.
-pub(super) fn formed(page: &mut Page, sheet: &SheetView<'_>, thickness: Vec<f64>) {
+/// The upper face in 3-D with its fields (thickness: one value per column [mm]), at every step, and the tools.
+pub(super) fn formed(
+    page: &mut Page,
+    contents: &Contents<'_>,
+    sheet: &SheetView<'_>,
+    thickness: Vec<f64>,
+) {
     page.heading("The formed sheet");
-    let (mesh, positions) = (&*sheet.mesh, sheet.positions.as_slice());
-    let mut parts = vec![ValuedSurface {
-        name: "thickness".into(),
-        values: thickness,
-        quantity: "thickness [mm]".into(),
-        ..upper_face(mesh, positions)
-    }];
-    if let Some(plastic) = &sheet.plastic_strain {
-        parts.push(ValuedSurface {
-            name: "plastic strain".into(),
-            values: at_columns(mesh, plastic),
-            quantity: "equivalent plastic strain".into(),
-            hidden: true,
-            ..upper_face(mesh, positions)
-        });
-        page.text("Names in the legend show and hide: thickness, plastic strain (means of the elements around a node).");
+    let steps = &contents.steps;
+    let mut surfaces = vec![surface(sheet, thickness, steps)];
+    surfaces.extend(contents.tools.iter().enumerate().map(|(k, tool)| Surface {
+        visibility: Visibility::Hidden,
+        fields: Vec::new(),
+        frames: tool.frames(k, contents.history, steps),
+        ..tool.surface.clone()
+    }));
+    let mut names: Vec<String> = steps.iter().map(|step| step.name.clone()).collect();
+    if !names.is_empty() {
+        names.push(steps::name(contents.history, contents.history.rows.last()));
     }
-    let (traces, layout) = surfaces(&parts);
-    page.plot(&traces, &layout, 620);
+    let symmetry = contents.symmetry.clone();
+    page.view(&View { title: "The formed sheet".into(), surfaces, steps: names, symmetry });
+}
+
+/// The upper face with its fields, at the end and at every step.
+fn surface(sheet: &SheetView<'_>, thickness: Vec<f64>, steps: &[Step]) -> Surface {
+    let mesh = &*sheet.mesh;
+    let initial = crate::run::fields::column_thickness(mesh, &mesh.nodes);
+    let thinning = |now: &[f64]| -> Vec<f64> {
+        now.iter().zip(&initial).map(|(now, before)| 100.0 * (1.0 - now / before)).collect()
+    };
+    let field =
+        |name: &str, location, values| Field { name: name.into(), location, values, signed: false };
+    let mut fields = vec![
+        field("thickness [mm]", Location::Points, thickness.clone()),
+        field("thinning [%]", Location::Points, thinning(&thickness)),
+    ];
+    if let Some(plastic) = &sheet.plastic_strain {
+        fields.push(field("equivalent plastic strain", Location::Cells, plastic.clone()));
+    }
+    let frame = |step: &Step| {
+        let thickness = step.thickness(mesh);
+        let thinning = thinning(&thickness);
+        let mut values = vec![thickness, thinning, step.plastic_strain.clone()];
+        values.truncate(fields.len());
+        Frame { points: upper_points(mesh, &step.positions), values, ..Frame::default() }
+    };
+    let frames = steps.iter().map(frame).collect();
+    Surface { name: "sheet".into(), fields, frames, ..upper_face(mesh, &sheet.positions) }
 }
 
 /// Elements of the top layer with the columns of their upper corners.
@@ -73,26 +100,23 @@ fn on_top(mesh: &HexMesh) -> impl Iterator<Item = (usize, [u32; 4])> {
         .map(move |(k, nodes)| (k, nodes.map(|n| n / levels)))
 }
 
-/// Mean of the top-layer elements around each column.
-fn at_columns(mesh: &HexMesh, values: &[f64]) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0.0); mesh.column_count()];
-    for (element, columns) in on_top(mesh) {
-        for column in columns {
-            let (sum, count) = &mut sums[column as usize];
-            *sum += values[element];
-            *count += 1.0;
-        }
-    }
-    sums.iter().map(|(sum, count)| sum / count).collect()
+/// Points of the upper face.
+fn upper_points(mesh: &HexMesh, positions: &[Vec3]) -> Vec<Vec3> {
+    mesh.top_nodes().iter().map(|&n| positions[n as usize]).collect()
 }
 
-/// The upper face of the sheet, without values.
-fn upper_face(mesh: &HexMesh, positions: &[Vec3]) -> ValuedSurface {
-    ValuedSurface {
-        points: mesh.top_nodes().iter().map(|&n| positions[n as usize]).collect(),
-        triangles: on_top(mesh).flat_map(|(_, [a, b, c, d])| [[a, b, c], [a, c, d]]).collect(),
-        opacity: 1.0,
-        ..ValuedSurface::default()
+/// The upper face of the sheet, without values. Its cells and points have the numbers of the VTU files.
+fn upper_face(mesh: &HexMesh, positions: &[Vec3]) -> Surface {
+    let (elements, quads): (Vec<usize>, Vec<[u32; 4]>) = on_top(mesh).unzip();
+    let (triangles, owners) = fans(quads.iter().map(|quad| &quad[..]));
+    let levels = mesh.nodes_per_column.max(1) as u32;
+    Surface {
+        points: upper_points(mesh, positions),
+        triangles,
+        cells: owners.iter().map(|&quad| elements[quad as usize] as u32).collect(),
+        cell_name: "element",
+        numbering: [levels - 1, levels],
+        ..Surface::default()
     }
 }
 
@@ -118,11 +142,39 @@ mod tests {
     }
 
     #[test]
-    fn values_of_the_top_layer_are_averaged_at_columns() {
+    fn the_upper_face_has_the_numbers_of_the_grid() {
         let mesh = rectangle(2.0, 1.0, 1.0, 2, 1, 2);
-        // Values of the lower layer are not used.
-        let values = at_columns(&mesh, &[9.0, 1.0, 9.0, 3.0]);
-        assert_eq!(values, [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]);
-        assert_eq!(upper_face(&mesh, &mesh.nodes).triangles.len(), 4);
+        let face = upper_face(&mesh, &mesh.nodes);
+        // The elements of the upper layer.
+        assert_eq!((face.triangles.len(), &face.cells[..]), (4, &[1, 1, 3, 3][..]));
+        let [first, stride] = face.numbering.map(|n| n as usize);
+        for (k, point) in face.points.iter().enumerate() {
+            assert_eq!(*point, mesh.nodes[first + stride * k]);
+        }
+    }
+
+    #[test]
+    fn thinning_is_relative_to_the_initial_thickness() {
+        let mesh = rectangle(1.0, 1.0, 0.8, 1, 1, 1);
+        let positions: Vec<Vec3> =
+            mesh.nodes.iter().map(|x| Vec3::new(x.x, x.y, 0.9 * x.z)).collect();
+        let step = Step {
+            name: "start".into(),
+            positions: mesh.nodes.clone(),
+            plastic_strain: vec![0.0],
+            travel_mm: Vec::new(),
+        };
+        let sheet = SheetView {
+            shape: None,
+            mesh: std::borrow::Cow::Borrowed(&mesh),
+            positions,
+            strains: None,
+            plastic_strain: None,
+        };
+        let face = surface(&sheet, sheet.thickness(), &[step]);
+        assert_eq!(face.fields.len(), 2);
+        assert!(face.fields[1].values.iter().all(|v| (v - 10.0).abs() < 1e-12));
+        let frame = &face.frames[0].values;
+        assert!(frame.len() == 2 && frame[1].iter().all(|v| v.abs() < 1e-12));
     }
 }

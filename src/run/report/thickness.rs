@@ -1,8 +1,8 @@
 //! Thickness along lines of the blank.
 
 use crate::geometry::Vec2;
-use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
+use crate::report::plot::{Plot, Series};
 use crate::scene::types::BlankShape;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
@@ -31,8 +31,7 @@ pub(super) fn chart(
             "Along the side of the blank in x (dx) and along the diagonal of its box (dxy), from their corner at {corner}."
         ),
     });
-    let (traces, layout) = lines(&series, "distance along the blank [mm]", "thickness [mm]");
-    page.plot(&traces, &layout, 380);
+    page.plot(&Plot::lines(series, "distance along the blank [mm]", "thickness [mm]"), 380);
 }
 
 /// Thickness along the side of smallest y (dx) and along the diagonal of the blank's bounding box (dxy), if there are

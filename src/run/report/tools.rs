@@ -2,13 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
+use super::steps::Step;
 use crate::geometry::Vec3;
-use crate::report::charts::{ValuedSurface, surfaces};
 use crate::report::page::Page;
+use crate::report::record::History;
+use crate::report::viewer::{Field, Frame, Surface, View, Visibility, connected, fans};
 use crate::report::vtu_read;
 use crate::run::fields;
 use crate::scene::Plan;
 use crate::scene::plan::PlannedTool;
+use crate::scene::types::Tool;
 
 /// Divisions of a patch in the 3-D view.
 const DIVISIONS: usize = 4;
@@ -17,14 +20,21 @@ const DIVISIONS: usize = 4;
 pub(super) struct ToolView {
     /// Cells of the table: name, patches, figures of the audit.
     row: Vec<String>,
-    surface: ValuedSurface,
+    /// The surface at the end.
+    pub(super) surface: Surface,
+    /// Unit direction of travel; zero if unknown.
+    direction: Vec3,
 }
 
 impl ToolView {
     /// The tools of a plan, each moved by its shift from the frame of its file [mm].
     pub(super) fn of_plan(plan: &Plan, shifts: &[Vec3]) -> Vec<Self> {
         let tools = plan.scene.tools.iter().zip(&plan.tools).zip(shifts);
-        tools.map(|((tool, loaded), shift)| Self::of_tool(&tool.name, loaded, shift)).collect()
+        let view = |((tool, loaded), shift): ((&Tool, &PlannedTool), &Vec3)| {
+            let direction = Vec3::from(tool.direction).normalize();
+            Self { direction, ..Self::of_tool(&tool.name, loaded, shift) }
+        };
+        tools.map(view).collect()
     }
 
     fn of_tool(name: &str, tool: &PlannedTool, shift: &Vec3) -> Self {
@@ -35,39 +45,54 @@ impl ToolView {
             let (points, triangles) = fields::tessellate(model, DIVISIONS, shift);
             uniform(name, points, triangles)
         });
-        Self { row, surface }
+        Self { row, surface, direction: Vec3::zeros() }
     }
 
     /// A tool from its file in the run folder; `None` if that cannot be read.
     pub(super) fn of_file(name: &str, path: &Path) -> Option<Self> {
         let grid = vtu_read::read(path).ok()?;
-        let triangles = triangles(&grid);
+        let (triangles, _) = fans(grid.cells.iter().map(|(_, ids)| ids.as_slice()));
         let row = [name, "", "", "", "", "", ""].map(str::to_owned).into();
-        Some(Self { row, surface: uniform(name, grid.points, triangles) })
+        let surface = uniform(name, grid.points, triangles);
+        Some(Self { row, surface, direction: Vec3::zeros() })
+    }
+
+    /// The tool with the index `tool` in the history, at each step.
+    pub(super) fn frames(&self, tool: usize, history: &History, steps: &[Step]) -> Vec<Frame> {
+        let travel = |travels: &[f64]| travels.get(tool).copied().unwrap_or(0.0);
+        let end = history.rows.last().map_or(0.0, |row| travel(&row.travel_mm));
+        let frame = |step: &Step| Frame {
+            shift: self.direction * (travel(&step.travel_mm) - end),
+            ..Frame::default()
+        };
+        steps.iter().map(frame).collect()
     }
 }
 
-/// Writes the table and the 3-D view of the tools.
-pub(super) fn views(page: &mut Page, tools: &[ToolView]) {
+/// Writes the table and the 3-D view of the tools of a model with these symmetry planes.
+pub(super) fn views(page: &mut Page, tools: &[ToolView], symmetry: &[(usize, f64)]) {
     let rows: Vec<Vec<String>> = tools.iter().map(|tool| tool.row.clone()).collect();
     let head = ["tool", "patches", "max [mm]", "min [mm]", "rms [mm]", "normal error [deg]", "CAD"];
     page.table(&head, &rows);
     if rows.iter().any(|row| row[2] == NOT_AUDITED) {
         page.text(HOW_TO_AUDIT);
     }
-    let parts: Vec<ValuedSurface> = tools.iter().map(|tool| tool.surface.clone()).collect();
-    let (traces, layout) = surfaces(&parts);
-    page.plot(&traces, &layout, 640);
+    let surfaces = tools.iter().map(|tool| tool.surface.clone()).collect();
+    let symmetry = symmetry.to_vec();
+    let title = "The tools at the end".into();
+    page.view(&View { title, surfaces, symmetry, ..View::default() });
 }
 
-/// A surface in one colour.
-fn uniform(name: &str, points: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> ValuedSurface {
-    ValuedSurface {
+/// A surface in one colour. Patches have no common points.
+fn uniform(name: &str, points: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Surface {
+    Surface {
         name: name.to_owned(),
+        cells: connected(&triangles, points.len()),
+        cell_name: "patch",
+        visibility: Visibility::Transparent,
         points,
         triangles,
-        opacity: 0.7,
-        ..ValuedSurface::default()
+        ..Surface::default()
     }
 }
 
@@ -98,26 +123,25 @@ fn audit_row(name: &str, patches: usize, path: &Path) -> Vec<String> {
     row
 }
 
-/// The surface of a tool from its audit, at the initial position of the tool.
-fn audited_surface(name: &str, path: &Path, shift: &Vec3) -> Option<ValuedSurface> {
+/// The surface of a tool from its audit, moved by `shift`.
+fn audited_surface(name: &str, path: &Path, shift: &Vec3) -> Option<Surface> {
     let grid = vtu_read::read(path).ok()?;
     let error = grid.point_data.iter().find(|a| a.name.starts_with("shape_error"))?;
-    Some(ValuedSurface {
+    let patches = grid.cell_data.iter().find(|a| a.name == "patch" && a.components == 1);
+    let (triangles, owners) = fans(grid.cells.iter().map(|(_, ids)| ids.as_slice()));
+    let patch = |cell: u32| patches.map_or(cell, |patches| patches.values[cell as usize] as u32);
+    Some(Surface {
         name: name.to_owned(),
         points: grid.points.iter().map(|p| p + shift).collect(),
-        triangles: triangles(&grid),
-        values: error.values.clone(),
-        quantity: format!("{name}: shape error [mm]"),
-        opacity: 1.0,
-        signed: true,
-        hidden: false,
+        cells: owners.into_iter().map(patch).collect(),
+        triangles,
+        cell_name: "patch",
+        fields: vec![Field {
+            name: "shape error [mm]".into(),
+            signed: true,
+            values: error.values.clone(),
+            ..Field::default()
+        }],
+        ..Surface::default()
     })
-}
-
-/// The cells of a grid of polygons as triangles.
-fn triangles(grid: &vtu_read::Grid) -> Vec<[u32; 3]> {
-    let of_cell = |ids: &Vec<u32>| -> Vec<[u32; 3]> {
-        (2..ids.len()).map(|k| [ids[0], ids[k - 1], ids[k]]).collect()
-    };
-    grid.cells.iter().flat_map(|(_, ids)| of_cell(ids)).collect()
 }

@@ -74,8 +74,7 @@ pub fn collect(
     put_checks(&mut page, &checks);
     for (_, bars) in &bars {
         page.heading(&bars.title);
-        let (traces, layout) = bars.traces();
-        page.plot(&traces, &layout, bars.height());
+        page.bars(bars);
     }
     charts.iter().for_each(|(_, chart)| plot(&mut page, chart));
     page.write(&folder.join("study.html"))?;

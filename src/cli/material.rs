@@ -123,7 +123,7 @@ fn text_of(card: &MaterialCard, function: Option<&YieldFunction>) -> String {
         for row in rows {
             let _ = writeln!(out, "  {:>8} {:>12} {:>12}", row[0], row[1], row[2]);
         }
-        if let Some(strain) = uniform_strain(card) {
+        if let Some(strain) = card.uniform_strain() {
             let _ = writeln!(out, "  uniform plastic strain in tension (Considere): {strain:.4}");
         }
     }
@@ -175,20 +175,6 @@ fn curve(card: &MaterialCard) -> Vec<Vec<String>> {
             Some(vec![format!("{p}"), format!("{stress:.2}"), format!("{slope:.1}")])
         })
         .collect()
-}
-
-/// Uniform plastic strain (Considère): the slope of the tension curve equals its stress. `None` if that is above 2.
-fn uniform_strain(card: &MaterialCard) -> Option<f64> {
-    let excess = |p: f64| card.tension(p).map_or(0.0, |(stress, slope)| slope - stress);
-    let (mut low, mut high) = (0.0, 2.0);
-    if !(excess(low) > 0.0 && excess(high) < 0.0) {
-        return None;
-    }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if excess(middle) > 0.0 { low = middle } else { high = middle }
-    }
-    Some(low)
 }
 
 fn page(card: &MaterialCard, function: Option<&YieldFunction>) -> Page {
@@ -297,7 +283,7 @@ mod tests {
             assert!((x * x - x * y + y * y - 1.0).abs() < 1e-12);
         }
         let steel = card::find("mild-steel-neto2012").unwrap();
-        let strain = uniform_strain(&steel).unwrap();
+        let strain = steel.uniform_strain().unwrap();
         assert!((strain - (0.268 - 0.00439)).abs() < 1e-9);
     }
 
@@ -310,7 +296,7 @@ mod tests {
         let stress =
             |p: f64| 318.5 + parts.iter().map(|(q, b)| q * (1.0 - f64::exp(-b * p))).sum::<f64>();
         let slope = |p: f64| parts.iter().map(|(q, b)| q * b * f64::exp(-b * p)).sum::<f64>();
-        let strain = uniform_strain(&card).unwrap();
+        let strain = card.uniform_strain().unwrap();
         assert!((slope(strain) - stress(strain)).abs() < 1e-6 && (strain - 0.188).abs() < 1e-3);
         let text = text_of(&card, card.yield_function().unwrap().as_ref());
         assert!(text.contains("(Considere): 0.18"), "{text}");

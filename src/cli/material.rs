@@ -13,6 +13,7 @@ use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
 use crate::scene::read::parse_card;
 use crate::solver::material::card::{self, CardError, MaterialCard};
+use crate::solver::material::forming_limit::FormingLimit;
 use crate::solver::material::yield_function::YieldFunction;
 
 /// Arguments of `material`.
@@ -126,9 +127,34 @@ fn text_of(card: &MaterialCard, function: Option<&YieldFunction>) -> String {
         if let Some(strain) = card.uniform_strain() {
             let _ = writeln!(out, "  uniform plastic strain in tension (Considere): {strain:.4}");
         }
+        if let Some(n) = card.strain_hardening_exponent() {
+            let _ = writeln!(out, "  strain-hardening exponent n (ISO 10275): {n:.4}");
+        }
     }
+    out += &limit_text(card);
     for (k, one) in card.backstresses.iter().enumerate() {
         let _ = writeln!(out, "  backstress {}: C {} MPa, gamma {}", k + 1, one.c_mpa, one.gamma);
+    }
+    out
+}
+
+/// Thicknesses of printed limit curves [mm].
+const LIMIT_THICKNESSES: [f64; 3] = [0.8, 1.0, 1.5];
+
+/// The forming limit curve of a card: its points, for laws at several thicknesses.
+fn limit_text(card: &MaterialCard) -> String {
+    let mut out = String::new();
+    let law = !matches!(card.forming_limit, Some(FormingLimit::Points { .. }));
+    for thickness in &LIMIT_THICKNESSES[..if law { LIMIT_THICKNESSES.len() } else { 1 }] {
+        let Ok(Some(curve)) = card.limit_curve(*thickness) else { continue };
+        let points = curve.points().iter().map(|[minor, major]| format!("({minor:.3}, {major:.3})"));
+        let points: Vec<String> = points.collect();
+        let of = if law { format!(" at {thickness} mm") } else { String::new() };
+        let _ = writeln!(
+            out,
+            "  forming limit{of}, minor and major logarithmic strain: {}",
+            points.join(" ")
+        );
     }
     out
 }

@@ -16,6 +16,7 @@ mod magnitudes;
 mod material;
 mod missed_sheet;
 mod patches;
+mod quality;
 mod radii;
 mod shape_error;
 mod sharp_edge;
@@ -50,6 +51,7 @@ fn doubts_at(
     kept: &[Vec<bool>],
 ) -> Vec<Finding> {
     let mut out: Vec<Finding> = material::finding(&plan.card).into_iter().collect();
+    quality::findings(plan, &mut out);
     units::findings(setup, &mut out);
     out.extend(magnitudes::friction_not_given(plan));
     magnitudes::findings(plan, setup, &mut out);

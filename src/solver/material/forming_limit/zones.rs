@@ -55,6 +55,13 @@ pub struct Diagram {
     tension: f64,
 }
 
+impl Default for Diagram {
+    /// The diagram of an isotropic sheet without a limit curve.
+    fn default() -> Self {
+        Self::new(None, 1.0)
+    }
+}
+
 impl Diagram {
     /// A diagram with a limit curve, if there is one, of a sheet with the mean r value `(r0 + 2 r45 + r90) / 4`.
     #[must_use]

@@ -147,7 +147,8 @@ fn limit_text(card: &MaterialCard) -> String {
     let law = !matches!(card.forming_limit, Some(FormingLimit::Points { .. }));
     for thickness in &LIMIT_THICKNESSES[..if law { LIMIT_THICKNESSES.len() } else { 1 }] {
         let Ok(Some(curve)) = card.limit_curve(*thickness) else { continue };
-        let points = curve.points().iter().map(|[minor, major]| format!("({minor:.3}, {major:.3})"));
+        let points =
+            curve.points().iter().map(|[minor, major]| format!("({minor:.3}, {major:.3})"));
         let points: Vec<String> = points.collect();
         let of = if law { format!(" at {thickness} mm") } else { String::new() };
         let _ = writeln!(

@@ -301,9 +301,8 @@ mod tests {
             .map(|(_, strain)| strain.area)
             .sum();
         let diagram = diagram(true);
-        let record = Judged::new(&diagram, strains)
-            .record(1, &mesh, &positions(&mesh, &u), &paths)
-            .unwrap();
+        let record =
+            Judged::new(&diagram, strains).record(1, &mesh, &positions(&mesh, &u), &paths).unwrap();
         near(record.turned_paths.share, expected / 56.0);
         // Straight: the strips in plane strain beyond 0.2; all others turned.
         assert_eq!(record.turned_paths.elements, 5 * 6);

@@ -38,8 +38,8 @@ use std::time::Instant;
 use crate::cancel::Section;
 use crate::report::record::{ExcludedPatchesRecord, RunRecord, Verdict};
 use crate::scene::Plan;
-use crate::solver::reach::{ExcludedPatches, Guard, exclude_unreachable, reachable};
 use crate::solver::material::forming_limit::Diagram;
+use crate::solver::reach::{ExcludedPatches, Guard, exclude_unreachable, reachable};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
 pub use earlier_run::completed;

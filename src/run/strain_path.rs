@@ -68,11 +68,8 @@ mod tests {
     /// Principal strains with the major one at `angle` [rad] to the first axis.
     fn strain(major: f64, minor: f64, angle: f64) -> SheetStrain {
         let half = 0.5 * (major - minor);
-        let tensor = [
-            0.5 * (major + minor),
-            half * (2.0 * angle).cos(),
-            half * (2.0 * angle).sin(),
-        ];
+        let tensor =
+            [0.5 * (major + minor), half * (2.0 * angle).cos(), half * (2.0 * angle).sin()];
         SheetStrain { principal: Principal { major, minor }, tensor, thickness: 0.0, area: 1.0 }
     }
 
@@ -94,22 +91,23 @@ mod tests {
     #[test]
     fn a_straight_path_has_no_angle_and_a_kink_has_its_own() {
         for increments in [1, 3, 20] {
-            assert!(angle(&[[0.3, -0.15]], increments) < 1e-6);
+            // A cosine rounded by one bit is an angle of 1e-6 degrees.
+            assert!(angle(&[[0.3, -0.15]], increments) < 1e-5);
             // Tension, then plane strain: the kink is seen at its full angle where a step begins there.
             let kink = 0.5_f64.atan().to_degrees();
             let found = angle(&[[0.2, -0.1], [0.4, -0.1]], increments);
             assert!((found - kink).abs() < 2.0, "{increments}: {found} {kink}");
             // Plane strain, then back: reversed.
             let found = angle(&[[0.2, 0.0], [0.1, 0.0]], increments);
-            assert!((found - 180.0).abs() < 1e-6, "{increments}: {found}");
+            assert!((found - 180.0).abs() < 1e-5, "{increments}: {found}");
         }
     }
 
     #[test]
     fn elastic_and_first_strains_are_no_path() {
         assert_eq!(angle(&[[0.004, 0.0], [0.002, 0.003], [0.0, 0.0]], 2), 0.0);
-        let unloaded = angle(&[[0.2, -0.1], [0.197, -0.099], [0.3, -0.15]], 10);
-        assert!(unloaded < 1.0, "{unloaded}");
+        let unloaded = angle(&[[0.2, -0.1], [0.196, -0.098], [0.3, -0.15]], 10);
+        assert!(unloaded < 1e-5, "{unloaded}");
     }
 
     #[test]

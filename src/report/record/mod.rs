@@ -24,9 +24,10 @@ pub use history::{Energies, History, HistoryRow, IterationRow, write_iterations}
 pub use origin::{ExcludedPatchesRecord, Process};
 pub use quality::Quality;
 pub use sheet::{
-    FacePenetrationRecord, HolderLiftRecord, HourglassRecord, InsideToolRecord,
-    MaximumForceRecord, NeckingKind, NeckingRecord, OverhangRecord, PlasticStrainRecord, SelfPenetrationRecord, SpringbackRecord,
-    StrainRecord, ThicknessRecord, ThroughThicknessShearRecord, UnaccountedEnergyRecord,
+    FacePenetrationRecord, HolderLiftRecord, HourglassRecord, InsideToolRecord, MaximumForceRecord,
+    NeckingKind, NeckingRecord, OverhangRecord, PlasticStrainRecord, SelfPenetrationRecord,
+    SpringbackRecord, StrainRecord, ThicknessRecord, ThroughThicknessShearRecord,
+    UnaccountedEnergyRecord,
 };
 
 /// How a run ended.

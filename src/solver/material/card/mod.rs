@@ -171,7 +171,7 @@ fn keyed(cause: MaterialDataError) -> (String, f64, String) {
     }
 }
 
-const LIBRARY: [&str; 11] = [
+const LIBRARY: [&str; 16] = [
     include_str!("../cards/mild-steel-neto2012.json"),
     include_str!("../cards/mild-steel-numisheet93.json"),
     include_str!("../cards/aluminium-numisheet93-cup.json"),
@@ -183,6 +183,11 @@ const LIBRARY: [&str; 11] = [
     include_str!("../cards/aa6022-t4-tian2017.json"),
     include_str!("../cards/aa5754-o-coer2018.json"),
     include_str!("../cards/structural-steel-hartloper-uvc.json"),
+    include_str!("../cards/dc04-nominal.json"),
+    include_str!("../cards/dc06-nominal.json"),
+    include_str!("../cards/dx56-nominal.json"),
+    include_str!("../cards/dp780-nominal.json"),
+    include_str!("../cards/if-steel-jeong.json"),
 ];
 
 /// Cards embedded in the program.

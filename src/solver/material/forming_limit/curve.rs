@@ -63,7 +63,7 @@ fn crossing(a: [f64; 2], b: [f64; 2], minor: f64, major: f64) -> f64 {
     // s (minor, major) = a + t along: cross products with the path and with the piece.
     let facing = minor * along[1] - major * along[0];
     let base = a[0] * along[1] - a[1] * along[0];
-    let t = (a[1] * minor - a[0] * major) / facing;
+    let t = (a[0] * major - a[1] * minor) / facing;
     let ratio = facing / base;
     if (0.0..=1.0).contains(&t) && ratio > 0.0 && ratio.is_finite() { ratio } else { 0.0 }
 }

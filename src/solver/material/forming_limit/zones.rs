@@ -1,4 +1,8 @@
 //! Zones of the forming limit diagram.
+//!
+//! The lines of uniaxial tension and pure shear, the margin of a tenth and the strain of 2 % are those of forming programs,
+//! as in Heinzelmann et al. (2025), MATEC Web Conf. 408, 01090. The zone below pure shear, where the sheet thickens, is
+//! divided by the line of uniaxial compression.
 
 use serde::{Deserialize, Serialize};
 

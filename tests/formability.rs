@@ -10,10 +10,13 @@ use kanagata::report::vtu_read;
 use serde_json::{Value, json};
 use strip::scene_in;
 
-/// The strip drawn 3 mm, then released by all tools, with a limit curve `height` high, and changed.
+/// The strip drawn 3 mm and stretched by 200 N to strains of some per cent, then released by all tools, with a limit
+/// curve `height` high, and changed.
 fn drawn(folder: &Path, height: f64, change: impl FnOnce(&mut Value)) -> PathBuf {
     scene_in(folder, |_, scene| {
+        scene["blank"]["shape"]["rectangle"]["elements"] = json!([70, 1]);
         scene["stages"][0]["drive"]["punch"]["travel_mm"] = json!(3.0);
+        scene["loads"][0]["force_n"] = json!([200.0, 0.0, 0.0]);
         let release = json!({"release": true});
         let drive = json!({"die": release, "holder": release, "punch": release});
         let springback = json!({"name": "springback", "drive": drive, "load_share": 0.0});
@@ -103,7 +106,7 @@ fn a_part_within_its_limits_passes_and_its_record_agrees_with_its_grid() {
 #[test]
 fn each_limit_that_is_exceeded_ends_with_exit_code_1() {
     let folder = tempfile::tempdir().unwrap();
-    let strict = json!({"max_thinning": 1e-4, "min_thickness_mm": 0.79999, "flc_margin": 0.999,
+    let strict = json!({"max_thinning": 0.01, "min_thickness_mm": 0.795, "flc_margin": 0.98,
         "max_springback_mm": 1e-3});
     let scene = drawn(folder.path(), 0.3, |scene| scene["quality"] = strict);
     let (code, said, record) = run(&scene);
@@ -119,7 +122,7 @@ fn each_limit_that_is_exceeded_ends_with_exit_code_1() {
 #[test]
 fn a_part_beyond_its_limit_curve_is_doubtful_without_limits_of_quality() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = drawn(folder.path(), 1e-3, |_| {});
+    let scene = drawn(folder.path(), 0.01, |_| {});
     let (code, said, record) = run(&scene);
     assert_eq!((code, codes(&record)), (Some(1), vec!["forming-limit-exceeded"]), "{said}");
     let margin = record["formability"]["margin"]["margin"].as_f64().unwrap();

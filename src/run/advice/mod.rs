@@ -98,6 +98,7 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, ratio: f64, cost: &Cost) -> 
     let (kept, part) = (reachable(setup), symmetry::modelled_region(plan, setup));
     let mut out = doubts_at(plan, setup, &sizes, &kept);
     out.extend(symmetry::unused(plan, setup, cost));
+    out.extend(quality::thick_blank(plan));
     let sharpest = radii::sharpest(setup, &kept);
     elements::findings(plan, setup, (sizes.mean, sharpest), cost, &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {

@@ -1,8 +1,9 @@
-//! Limits of quality that the run cannot judge.
+//! Limits of quality that the run cannot judge, and forming limits beyond their range.
 
 use super::finding::Finding;
 use crate::scene::Plan;
 use crate::scene::types::{Drive, Scene};
+use crate::solver::material::forming_limit::{FormingLimit, KEELER_THICKNESS_MAX};
 
 /// Errors for limits of quality without what they are judged by.
 pub(super) fn findings(plan: &Plan, out: &mut Vec<Finding>) {
@@ -26,6 +27,21 @@ pub(super) fn findings(plan: &Plan, out: &mut Vec<Finding>) {
                 .into(),
         ));
     }
+}
+
+/// A note on a blank thicker than the correlation of its forming limit.
+pub(super) fn thick_blank(plan: &Plan) -> Option<Finding> {
+    let thickness = plan.scene.blank.thickness_mm;
+    let law = matches!(plan.card.forming_limit, Some(FormingLimit::KeelerBrazier { .. }));
+    (law && thickness > KEELER_THICKNESS_MAX).then(|| {
+        Finding::note(
+            format!(
+                "the forming limit of material '{}' is that of a sheet of {KEELER_THICKNESS_MAX} mm, where the correlation of Keeler and Brazier ends; the blank has {thickness} mm",
+                plan.card.name
+            ),
+            "give `forming_limit` points of a measured curve".into(),
+        )
+    })
 }
 
 /// Whether all tools are released or absent in a stage.

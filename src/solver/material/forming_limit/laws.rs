@@ -3,7 +3,7 @@
 use super::curve::LimitCurve;
 
 /// Largest thickness of Keeler and Brazier's correlation [mm]; a thicker sheet has the limit of this thickness.
-const KEELER_THICKNESS_MAX: f64 = 3.1;
+pub const KEELER_THICKNESS_MAX: f64 = 3.1;
 /// Largest strain-hardening exponent of the correlation; a larger one has the limit of this one. Without the bound a
 /// steel with n = 0.25 would have a limit higher by a fifth than the steels of the correlation.
 const KEELER_EXPONENT_MAX: f64 = 0.21;

@@ -11,6 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use curve::LimitCurve;
+pub use laws::KEELER_THICKNESS_MAX;
 pub use zones::{Diagram, RISK_MARGIN, STRETCH_MIN, Zone};
 
 /// Forming limit curve of a sheet, measured or by a law.

@@ -10,13 +10,13 @@ use kanagata::report::vtu_read;
 use serde_json::{Value, json};
 use strip::scene_in;
 
-/// The strip drawn 3 mm and stretched by 200 N to strains of some per cent, then released by all tools, with a limit
+/// The strip drawn 3 mm and stretched by 175 N to strains of some per cent, then released by all tools, with a limit
 /// curve `height` high, and changed.
 fn drawn(folder: &Path, height: f64, change: impl FnOnce(&mut Value)) -> PathBuf {
     scene_in(folder, |_, scene| {
         scene["blank"]["shape"]["rectangle"]["elements"] = json!([70, 1]);
         scene["stages"][0]["drive"]["punch"]["travel_mm"] = json!(3.0);
-        scene["loads"][0]["force_n"] = json!([200.0, 0.0, 0.0]);
+        scene["loads"][0]["force_n"] = json!([175.0, 0.0, 0.0]);
         let release = json!({"release": true});
         let drive = json!({"die": release, "holder": release, "punch": release});
         let springback = json!({"name": "springback", "drive": drive, "load_share": 0.0});

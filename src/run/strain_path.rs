@@ -53,7 +53,7 @@ fn advance(path: &mut Path, to: [f64; 3]) {
     let step = [to[0] - from[0], to[1] - from[1], to[2] - from[2]];
     let dot = |a: [f64; 3], b: [f64; 3]| 2.0 * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
     let (length, before) = (dot(step, step).sqrt(), dot(from, from).sqrt());
-    if !(length >= PATH_STEP) {
+    if length.is_nan() || length < PATH_STEP {
         return;
     }
     let cosine = if before > 0.0 { dot(step, from) / (length * before) } else { 1.0 };

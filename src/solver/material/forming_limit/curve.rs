@@ -28,7 +28,10 @@ impl LimitCurve {
         let next = self.points.partition_point(|point| point[0] < minor);
         match (next.checked_sub(1).map(|k| self.points[k]), self.points.get(next)) {
             (None, Some(first)) => first[1] + (first[0] - minor),
-            (Some(a), Some(b)) => a[1] + (b[1] - a[1]) * (minor - a[0]) / (b[0] - a[0]),
+            (Some(a), Some(b)) => {
+                let part = (minor - a[0]) / (b[0] - a[0]);
+                (1.0 - part) * a[1] + part * b[1]
+            }
             (Some(last), None) => last[1],
             (None, None) => f64::INFINITY,
         }

@@ -13,6 +13,7 @@ use crate::report::page::Page;
 use crate::report::plot::{Plot, Series};
 use crate::scene::read::parse_card;
 use crate::solver::material::card::{self, CardError, MaterialCard};
+use crate::solver::material::forming_limit::FormingLimit;
 use crate::solver::material::yield_function::YieldFunction;
 
 /// Arguments of `material`.
@@ -123,12 +124,38 @@ fn text_of(card: &MaterialCard, function: Option<&YieldFunction>) -> String {
         for row in rows {
             let _ = writeln!(out, "  {:>8} {:>12} {:>12}", row[0], row[1], row[2]);
         }
-        if let Some(strain) = uniform_strain(card) {
+        if let Some(strain) = card.uniform_strain() {
             let _ = writeln!(out, "  uniform plastic strain in tension (Considere): {strain:.4}");
         }
+        if let Some(n) = card.strain_hardening_exponent() {
+            let _ = writeln!(out, "  strain-hardening exponent n (ISO 10275): {n:.4}");
+        }
     }
+    out += &limit_text(card);
     for (k, one) in card.backstresses.iter().enumerate() {
         let _ = writeln!(out, "  backstress {}: C {} MPa, gamma {}", k + 1, one.c_mpa, one.gamma);
+    }
+    out
+}
+
+/// Thicknesses of printed limit curves [mm].
+const LIMIT_THICKNESSES: [f64; 3] = [0.8, 1.0, 1.5];
+
+/// The forming limit curve of a card: its points, for laws at several thicknesses.
+fn limit_text(card: &MaterialCard) -> String {
+    let mut out = String::new();
+    let law = !matches!(card.forming_limit, Some(FormingLimit::Points { .. }));
+    for thickness in &LIMIT_THICKNESSES[..if law { LIMIT_THICKNESSES.len() } else { 1 }] {
+        let Ok(Some(curve)) = card.limit_curve(*thickness) else { continue };
+        let points =
+            curve.points().iter().map(|[minor, major]| format!("({minor:.3}, {major:.3})"));
+        let points: Vec<String> = points.collect();
+        let of = if law { format!(" at {thickness} mm") } else { String::new() };
+        let _ = writeln!(
+            out,
+            "  forming limit{of}, minor and major logarithmic strain: {}",
+            points.join(" ")
+        );
     }
     out
 }
@@ -175,20 +202,6 @@ fn curve(card: &MaterialCard) -> Vec<Vec<String>> {
             Some(vec![format!("{p}"), format!("{stress:.2}"), format!("{slope:.1}")])
         })
         .collect()
-}
-
-/// Uniform plastic strain (Considère): the slope of the tension curve equals its stress. `None` if that is above 2.
-fn uniform_strain(card: &MaterialCard) -> Option<f64> {
-    let excess = |p: f64| card.tension(p).map_or(0.0, |(stress, slope)| slope - stress);
-    let (mut low, mut high) = (0.0, 2.0);
-    if !(excess(low) > 0.0 && excess(high) < 0.0) {
-        return None;
-    }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if excess(middle) > 0.0 { low = middle } else { high = middle }
-    }
-    Some(low)
 }
 
 fn page(card: &MaterialCard, function: Option<&YieldFunction>) -> Page {
@@ -293,7 +306,7 @@ mod tests {
             assert!((x * x - x * y + y * y - 1.0).abs() < 1e-12);
         }
         let steel = card::find("mild-steel-neto2012").unwrap();
-        let strain = uniform_strain(&steel).unwrap();
+        let strain = steel.uniform_strain().unwrap();
         assert!((strain - (0.268 - 0.00439)).abs() < 1e-9);
     }
 
@@ -306,7 +319,7 @@ mod tests {
         let stress =
             |p: f64| 318.5 + parts.iter().map(|(q, b)| q * (1.0 - f64::exp(-b * p))).sum::<f64>();
         let slope = |p: f64| parts.iter().map(|(q, b)| q * b * f64::exp(-b * p)).sum::<f64>();
-        let strain = uniform_strain(&card).unwrap();
+        let strain = card.uniform_strain().unwrap();
         assert!((slope(strain) - stress(strain)).abs() < 1e-6 && (strain - 0.188).abs() < 1e-3);
         let text = text_of(&card, card.yield_function().unwrap().as_ref());
         assert!(text.contains("(Considere): 0.18"), "{text}");

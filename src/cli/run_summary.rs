@@ -10,6 +10,7 @@ pub(super) fn print_record(record: &RunRecord, output: &Path) {
     out!("{}: all stages done", record.name);
     print_cost(record);
     print_sheet(record);
+    print_formability(record);
     print_course(record);
     for left in &record.excluded_patches {
         out!("  {} of {} patches of {} excluded", left.patches, left.total, left.tool);
@@ -62,6 +63,25 @@ fn print_sheet(record: &RunRecord) {
             s.largest_mm,
             s.rms_mm,
             s.energy_nmm
+        );
+    }
+}
+
+/// Prints the formability of the part, and a note where strain paths turned.
+fn print_formability(record: &RunRecord) {
+    let Some(found) = &record.formability else { return };
+    let margin = found.margin.as_ref().map_or_else(
+        || "no forming limit in the material card".into(),
+        |margin| format!("smallest margin to the forming limit {margin}"),
+    );
+    out!("  formability: maximum thinning {}; {margin}", found.thinning);
+    out!("  area: {}", found.zones);
+    let turned = &found.turned_paths;
+    if found.margin.is_some() && turned.elements > 0 {
+        out!(
+            "  note       strain paths of {:.1} % of the area turned by more than {:.0} degrees: the verdict is weaker there, a limit curve holds for straight paths",
+            100.0 * turned.share,
+            turned.angle_deg
         );
     }
 }

@@ -188,6 +188,30 @@ codes! {
     HolderLifted "holder-lifted" "result"
         "travel against its direction above one thickness"
         "The sheet pushes a force-driven holder back: its force does not hold the sheet down.";
+    /// Strains beyond the forming limit curve.
+    FormingLimitExceeded "forming-limit-exceeded" "result"
+        "a failure ratio above 1 in the last equilibrium with tools"
+        "The sheet cracks: strains are beyond the forming limit of the material card.";
+    /// Margin to the forming limit below the limit of quality.
+    FormingLimitMargin "forming-limit-margin" "result"
+        "`quality.flc_margin` of the scene"
+        "The margin to the forming limit is smaller than asked.";
+    /// Thinning above the limit of quality.
+    ThinningExceeded "thinning-exceeded" "result"
+        "`quality.max_thinning` of the scene"
+        "The sheet thins more than allowed.";
+    /// Thickening above the limit of quality.
+    ThickeningExceeded "thickening-exceeded" "result"
+        "`quality.max_thickening` of the scene"
+        "The sheet thickens more than allowed.";
+    /// Thickness below the limit of quality.
+    ThicknessTooSmall "thickness-too-small" "result"
+        "`quality.min_thickness_mm` of the scene"
+        "The sheet is thinner than asked.";
+    /// Springback above the limit of quality.
+    SpringbackExceeded "springback-exceeded" "result"
+        "`quality.max_springback_mm` of the scene"
+        "Springback displaces the sheet more than allowed.";
     /// Faces of the CAD file missing from the tool.
     FacesLost "faces-lost" "audit"
         "any face of the file that could not be read or was skipped"

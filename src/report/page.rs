@@ -46,6 +46,23 @@ impl Page {
         let _ = writeln!(self.body, "<p>{}</p>", escaped(text));
     }
 
+    /// The outcome in one sentence, coloured by how it is.
+    pub fn outcome(&mut self, outcome: Outcome, text: &str) {
+        let class = match outcome {
+            Outcome::Good => "good",
+            Outcome::Doubtful => "doubtful",
+            Outcome::Failed => "failed",
+        };
+        let _ = writeln!(self.body, "<p class=\"outcome {class}\">{}</p>", escaped(text));
+    }
+
+    /// A part that is folded until its title is clicked, and is open in print; `content` fills it.
+    pub fn folded(&mut self, title: &str, content: impl FnOnce(&mut Self)) {
+        let _ = writeln!(self.body, "<details class=\"part\"><summary>{}</summary>", escaped(title));
+        content(self);
+        self.body.push_str("</details>\n");
+    }
+
     /// A box with the doubts about the content of the page; nothing if there are none.
     pub fn doubts(&mut self, doubts: &[Doubt]) {
         if doubts.is_empty() {
@@ -170,6 +187,17 @@ impl Page {
     pub fn write(&self, path: &Path) -> Result<(), WriteError> {
         write_atomic(path, |w| self.write_to(w))
     }
+}
+
+/// How a result is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Without doubts.
+    Good,
+    /// With doubts, or incomplete.
+    Doubtful,
+    /// There is no result to the end.
+    Failed,
 }
 
 /// Largest number of characters of a cell that may become as narrow as its longest word. At 30 a sentence of a wide table has

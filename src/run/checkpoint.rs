@@ -18,7 +18,7 @@ use crate::scene::Plan;
 use crate::solver::snapshot::SimulationState;
 
 /// Version of the file format.
-const FORMAT_VERSION: u32 = 17;
+const FORMAT_VERSION: u32 = 18;
 const MAGIC: &str = "kanagata-checkpoint";
 
 /// The first line of a file whose other lines have the digest `sha256`.

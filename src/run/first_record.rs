@@ -31,6 +31,7 @@ pub(super) fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRec
         scene: fs::canonicalize(scene).ok().map(|p| p.to_string_lossy().into_owned()),
         set: plan.set.clone(),
         stages: plan.scene.stages.len(),
+        quality: plan.scene.quality,
         process: this_process(),
         ..RunRecord::default()
     }

@@ -7,11 +7,13 @@ pub mod advice;
 pub mod build;
 pub mod checkpoint;
 pub mod cost;
+pub mod draw_in;
 mod earlier_run;
 mod error;
 pub mod fields;
 mod first_record;
 pub mod folder;
+pub mod formability;
 pub mod formed;
 pub mod friction_shear;
 pub mod hourglassing;
@@ -29,6 +31,7 @@ pub mod self_contact;
 mod sheet_checks;
 pub mod springback;
 pub mod status;
+mod strain_path;
 pub mod strains;
 
 use std::path::Path;
@@ -37,6 +40,7 @@ use std::time::Instant;
 use crate::cancel::Section;
 use crate::report::record::{ExcludedPatchesRecord, RunRecord, Verdict};
 use crate::scene::Plan;
+use crate::solver::material::forming_limit::Diagram;
 use crate::solver::reach::{ExcludedPatches, Guard, exclude_unreachable, reachable};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
@@ -73,7 +77,7 @@ pub fn run(
     watch: &mut dyn FnMut(&Progress<'_>),
 ) -> Result<RunRecord, RunError> {
     let start = Instant::now();
-    let Prepared { mut simulation, guard, findings, holders, excluded_patches } =
+    let Prepared { mut simulation, guard, findings, holders, excluded_patches, diagram } =
         prepare(plan, scene_path, options.auto)?;
     let lock = lock_folder(output, options)?;
     if options.keep_complete && completed(output, plan).is_some() {
@@ -88,6 +92,7 @@ pub fn run(
         (run.new_folder(&simulation)?, 0)
     };
     folder.set_holders(&holders);
+    folder.set_diagram(diagram);
     folder.set_scene_doubts(findings.iter().filter_map(advice::Finding::as_doubt).collect());
     folder.set_excluded_patches(excluded_patches.into_iter());
     let ended = run
@@ -112,6 +117,7 @@ struct Prepared {
     findings: Vec<advice::Finding>,
     holders: Vec<advice::holder::Holder>,
     excluded_patches: Vec<ExcludedPatchesRecord>,
+    diagram: Diagram,
 }
 
 /// Places the tools of a scene and checks it. With `auto`, patches that the sheet cannot touch are excluded.
@@ -120,6 +126,7 @@ struct Prepared {
 /// [`RunError::Refused`] for a scene with a finding of level error; [`RunError::Solver`] if tools cannot be placed.
 fn prepare(plan: &Plan, scene_path: &Path, auto: bool) -> Result<Prepared, RunError> {
     let mut setup = plan.simulation_setup(scene_path)?;
+    let diagram = plan.forming_limit_diagram(scene_path)?;
     setup.place().map_err(setup_error)?;
     let findings = advice::doubts(plan, &setup, 1.0);
     if let Some(error) = findings.iter().find(|finding| finding.level == advice::Level::Error) {
@@ -139,7 +146,7 @@ fn prepare(plan: &Plan, scene_path: &Path, auto: bool) -> Result<Prepared, RunEr
     };
     let excluded_patches = excluded_patches.iter().map(record).collect();
     let simulation = Simulation::new(setup).map_err(setup_error)?;
-    Ok(Prepared { simulation, guard, findings, holders, excluded_patches })
+    Ok(Prepared { simulation, guard, findings, holders, excluded_patches, diagram })
 }
 
 /// An error before the run folder is touched.

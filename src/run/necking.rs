@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::fields::column_thickness;
 use super::hourglassing::neighbours;
 use crate::geometry::Vec3;
-use crate::report::record::{NeckingKind, NeckingRecord};
+use crate::report::record::{MaximumForceRecord, NeckingKind, NeckingRecord};
 use crate::solver::IncrementReport;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
@@ -33,9 +33,10 @@ pub struct Necking {
     /// Thinning of every column in the last increment.
     thinning: Vec<f64>,
     stage: usize,
-    /// Travel of every tool in the last increment [mm], and its largest force in the stage [N].
+    /// Travel of every tool in the last increment [mm].
     travels: Vec<f64>,
-    forces: Vec<f64>,
+    /// Largest force of every tool in the stage [N], and its increment.
+    forces: Vec<(f64, usize)>,
     /// Total thinning of bands so far, and the increment in which it started.
     #[serde(rename = "alone")]
     band_thinning: f64,
@@ -57,9 +58,9 @@ impl Necking {
         let (now, before) =
             (column_thickness(mesh, positions), column_thickness(mesh, &mesh.nodes));
         let thinning: Vec<f64> = now.iter().zip(&before).map(|(t, t0)| -(t / t0).ln()).collect();
-        let falls = self.force_falls(report);
+        let falling = self.falling_tool(report);
         let last = std::mem::replace(&mut self.thinning, thinning);
-        let band = if falls { self.reported_band(mesh, &last, report.increment) } else { None };
+        let band = falling.and_then(|_| self.reported_band(mesh, &last, report.increment));
         let (kind, column, first_increment) = if let Some((column, began)) = band {
             (NeckingKind::Band, column, began)
         } else if let Some(column) = self.torn() {
@@ -72,6 +73,10 @@ impl Necking {
             first_increment,
             at_mm: positions[mesh.top_nodes()[column] as usize].into(),
             thickness_rel: (-self.thinning[column]).exp(),
+            maximum_force: falling.filter(|_| kind == NeckingKind::Band).map(|tool| {
+                let (force_n, increment) = self.forces[tool];
+                MaximumForceRecord { tool: report.tools[tool].name.clone(), increment, force_n }
+            }),
         })
     }
 
@@ -102,21 +107,26 @@ impl Necking {
         (self.thinning[thinnest] > -TORN_THICKNESS_REL.ln()).then_some(thinnest)
     }
 
-    /// Whether a tool that moves in this increment has passed its maximum force of the stage.
-    fn force_falls(&mut self, report: &IncrementReport<'_>) -> bool {
+    /// The first tool that moves in this increment and has passed its maximum force of the stage.
+    fn falling_tool(&mut self, report: &IncrementReport<'_>) -> Option<usize> {
         let tools = report.tools.len();
         if self.stage != report.stage || self.forces.len() != tools {
-            (self.stage, self.forces, self.band_thinning) = (report.stage, vec![0.0; tools], 0.0);
+            self.stage = report.stage;
+            (self.forces, self.band_thinning) = (vec![(0.0, report.increment); tools], 0.0);
         }
-        let mut falls = false;
+        let mut falling = None;
         for (k, tool) in report.tools.iter().enumerate() {
             let moved = self.travels.get(k).is_some_and(|last| *last != tool.travel);
-            falls |=
-                !report.free && moved && tool.force.abs() < PASSED_FORCE_RATIO * self.forces[k];
-            self.forces[k] = self.forces[k].max(tool.force.abs());
+            let (force, largest) = (tool.force.abs(), self.forces[k].0);
+            if !report.free && moved && force < PASSED_FORCE_RATIO * largest {
+                falling = falling.or(Some(k));
+            }
+            if force > largest {
+                self.forces[k] = (force, report.increment);
+            }
         }
         self.travels = report.tools.iter().map(|tool| tool.travel).collect();
-        falls
+        falling
     }
 }
 

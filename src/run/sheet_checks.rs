@@ -6,7 +6,7 @@ use super::hourglassing::hourglass_mode;
 use super::self_contact::self_penetration;
 use crate::geometry::Vec3;
 use crate::report::record::{
-    FacePenetrationRecord, InsideToolRecord, NeckingRecord, OverhangRecord, RunRecord,
+    FacePenetrationRecord, InsideToolRecord, NeckingKind, NeckingRecord, OverhangRecord, RunRecord,
 };
 use crate::scene::types::SymmetryPlane;
 use crate::solver::FacePenetration;
@@ -34,14 +34,23 @@ impl RunRecord {
         }
     }
 
-    /// Keeps the first increment with localised thinning, and the smallest thickness found.
+    /// Keeps the first increment with localised thinning, and the smallest thickness found. A band remains a band when it
+    /// tears later.
     pub(super) fn record_necking(&mut self, found: Option<NeckingRecord>) {
         let Some(found) = found else { return };
-        let known = self.necking.get_or_insert(found);
-        if found.thickness_rel < known.thickness_rel {
-            let first_increment = known.first_increment;
-            *known = NeckingRecord { first_increment, ..found };
-        }
+        self.necking = Some(match self.necking.take() {
+            None => found,
+            Some(known) if found.thickness_rel < known.thickness_rel => {
+                let band = known.kind == NeckingKind::Band;
+                NeckingRecord {
+                    kind: if band { known.kind } else { found.kind },
+                    first_increment: known.first_increment,
+                    maximum_force: known.maximum_force.or(found.maximum_force),
+                    ..found
+                }
+            }
+            Some(known) => known,
+        });
     }
 
     /// Keeps the deepest penetration of element faces. `thickness` of the sheet [mm].

@@ -27,6 +27,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
         let allowed = "at least one of \"x\", \"y\" and \"z\"";
         need(!hold.axes.is_empty(), format!("holds[{k}].axes"), "none".into(), allowed)?;
     }
+    check_quality(scene)?;
     check_solver(&scene.solver)
 }
 
@@ -58,6 +59,23 @@ pub(super) fn check_numbers(value: &serde_json::Value) -> Result<(), Fault> {
 
 fn need(ok: bool, place: String, found: String, allowed: &str) -> Result<(), Fault> {
     if ok { Ok(()) } else { Err((place, found, allowed.to_owned())) }
+}
+
+/// Checks limits of quality.
+fn check_quality(scene: &Scene) -> Result<(), Fault> {
+    let Some(quality) = &scene.quality else { return Ok(()) };
+    let above_0 = |x: f64| x > 0.0 && x.is_finite();
+    let fraction = |x: f64| x > 0.0 && x < 1.0;
+    let check = |key: &str, value: Option<f64>, allows: &dyn Fn(f64) -> bool, allowed: &str| {
+        let Some(x) = value else { return Ok(()) };
+        need(allows(x), format!("quality.{key}"), x.to_string(), allowed)
+    };
+    check("max_thinning", quality.max_thinning, &fraction, "above 0, below 1: 0.2 is 20 %")?;
+    check("max_thickening", quality.max_thickening, &above_0, "above 0: 0.1 is 10 %")?;
+    check("min_thickness_mm", quality.min_thickness_mm, &above_0, "above 0")?;
+    let margin = |x: f64| (0.0..1.0).contains(&x);
+    check("flc_margin", quality.flc_margin, &margin, "0 to below 1")?;
+    check("max_springback_mm", quality.max_springback_mm, &above_0, "above 0")
 }
 
 fn check_tool(scene: &Scene, k: usize) -> Result<(), Fault> {

@@ -1,8 +1,9 @@
 //! A scene ready to run.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::error::SceneError;
 use super::file_sheet::FileSheet;
 use super::follow::Followed;
 use super::set_value::SetValue;
@@ -10,6 +11,7 @@ use super::types::Scene;
 use crate::contact::ToolSurface;
 use crate::solver::material::Material;
 use crate::solver::material::card::MaterialCard;
+use crate::solver::material::forming_limit::Diagram;
 
 /// A scene ready to run: checked, with its tools and material loaded.
 #[derive(Clone)]
@@ -70,5 +72,14 @@ impl Plan {
     #[must_use]
     pub fn symmetry_factor(&self) -> f64 {
         2f64.powi(self.scene.symmetry.len() as i32)
+    }
+
+    /// The forming limit diagram of the blank. `path`: the scene, for messages.
+    ///
+    /// # Errors
+    /// [`SceneError::Material`] for a forming limit out of range.
+    pub fn forming_limit_diagram(&self, path: &Path) -> Result<Diagram, SceneError> {
+        let diagram = self.card.diagram(self.scene.blank.thickness_mm);
+        diagram.map_err(|cause| SceneError::Material { path: path.to_path_buf(), cause })
     }
 }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 pub use super::course::Course;
 pub use super::drive::{Drive, Spring};
+use crate::report::record::Quality;
 use crate::solver::element::ElementKind;
 use crate::solver::limits::{ContactMethod, Limits};
 use crate::solver::material::card::MaterialCard;
@@ -43,6 +44,9 @@ pub struct Scene {
     /// Output files.
     #[serde(default)]
     pub output: Output,
+    /// Limits of quality of the part. Each that is exceeded is a doubt, and the run ends with exit code 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quality: Option<Quality>,
 }
 
 /// The format tag of a scene file.

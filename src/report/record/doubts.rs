@@ -39,7 +39,8 @@ impl RunRecord {
             self.thickness_below_half(),
             self.holder_lifted(),
         ];
-        scene.iter().cloned().chain(found.into_iter().flatten()).collect()
+        let found = found.into_iter().flatten().chain(self.quality_doubts());
+        scene.iter().cloned().chain(found).collect()
     }
 
     /// The verdict of a run with all stages done: `completed` without doubts, `doubtful` with any.
@@ -98,13 +99,19 @@ impl RunRecord {
             NeckingKind::Torn => return None,
         };
         let (place, left) = (place_mm(&found.at_mm), 100.0 * found.thickness_rel);
+        let force = found.maximum_force.as_ref().map_or_else(String::new, |force| {
+            format!(
+                ", after the maximum force of {} ({:.0} N) in increment {}",
+                force.tool, force.force_n, force.increment
+            )
+        });
         Some(Doubt {
             value: Some(found.thickness_rel),
             ..Doubt::new(
                 code,
                 format!("increment {}, {place}", found.first_increment),
                 format!(
-                    "Localised thinning to {left:.1} % of the initial thickness at {place}, from increment {} on: {what}.",
+                    "Localised thinning to {left:.1} % of the initial thickness at {place}, from increment {} on{force}: {what}.",
                     found.first_increment
                 ),
             )

@@ -1,8 +1,10 @@
 //! The records of a run folder: `history.csv`, `iterations.csv` and `run.json`.
 
 mod doubts;
+mod formability;
 mod history;
 mod origin;
+mod quality;
 mod sheet;
 
 use std::collections::BTreeMap;
@@ -15,12 +17,17 @@ use serde::{Deserialize, Serialize};
 use super::doubt::Doubt;
 use crate::files::{WriteError, write_atomic};
 
+pub use formability::{
+    FormabilityRecord, LimitMarginRecord, ThinningRecord, TurnedPathsRecord, ZoneShares,
+};
 pub use history::{Energies, History, HistoryRow, IterationRow, write_iterations};
 pub use origin::{ExcludedPatchesRecord, Process};
+pub use quality::Quality;
 pub use sheet::{
-    FacePenetrationRecord, HolderLiftRecord, HourglassRecord, InsideToolRecord, NeckingKind,
-    NeckingRecord, OverhangRecord, PlasticStrainRecord, SelfPenetrationRecord, SpringbackRecord,
-    StrainRecord, ThicknessRecord, ThroughThicknessShearRecord, UnaccountedEnergyRecord,
+    FacePenetrationRecord, HolderLiftRecord, HourglassRecord, InsideToolRecord, MaximumForceRecord,
+    NeckingKind, NeckingRecord, OverhangRecord, PlasticStrainRecord, SelfPenetrationRecord,
+    SpringbackRecord, StrainRecord, ThicknessRecord, ThroughThicknessShearRecord,
+    UnaccountedEnergyRecord,
 };
 
 /// How a run ended.
@@ -176,6 +183,13 @@ pub struct RunRecord {
     /// Strains of the sheet in the last equilibrium; absent in files of older programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strain: Option<StrainRecord>,
+    /// Formability in the last equilibrium with tools: thinning, margin to the forming limit, zones, strain paths; absent
+    /// before the first equilibrium, and in files of older programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub formability: Option<FormabilityRecord>,
+    /// Limits of quality of the scene; absent if it has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quality: Option<Quality>,
     /// Springback from the last equilibrium with tools to the current one without; absent while tools are present.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springback: Option<SpringbackRecord>,

@@ -125,7 +125,7 @@ pub enum NeckingKind {
 }
 
 /// Localised thinning of the sheet.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NeckingRecord {
     /// Type.
     pub kind: NeckingKind,
@@ -135,6 +135,20 @@ pub struct NeckingRecord {
     pub at_mm: [f64; 3],
     /// Minimum thickness there over the initial thickness.
     pub thickness_rel: f64,
+    /// Maximum of the force before a band: the onset of necking (Considère). Absent for other types.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub maximum_force: Option<MaximumForceRecord>,
+}
+
+/// The maximum force of the tool whose force falls while a band thins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MaximumForceRecord {
+    /// The tool.
+    pub tool: String,
+    /// Increment of the maximum force in its stage.
+    pub increment: usize,
+    /// Its magnitude along the tool's direction, of the whole process [N].
+    pub force_n: f64,
 }
 
 /// Hourglass mode: thickness fibres of the mesh tilt in alternate directions. Elements that are wide for their layer

@@ -16,6 +16,7 @@ mod magnitudes;
 mod material;
 mod missed_sheet;
 mod patches;
+mod quality;
 pub(in crate::run) mod radii;
 mod shape_error;
 mod sharp_edge;
@@ -50,6 +51,7 @@ fn doubts_at(
     kept: &[Vec<bool>],
 ) -> Vec<Finding> {
     let mut out: Vec<Finding> = material::finding(&plan.card).into_iter().collect();
+    quality::findings(plan, &mut out);
     units::findings(setup, &mut out);
     out.extend(magnitudes::friction_not_given(plan));
     magnitudes::findings(plan, setup, &mut out);
@@ -96,6 +98,7 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, ratio: f64, cost: &Cost) -> 
     let (kept, part) = (reachable(setup), symmetry::modelled_region(plan, setup));
     let mut out = doubts_at(plan, setup, &sizes, &kept);
     out.extend(symmetry::unused(plan, setup, cost));
+    out.extend(quality::thick_blank(plan));
     let sharpest = radii::sharpest(setup, &kept);
     elements::findings(plan, setup, (sizes.mean, sharpest), cost, &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {

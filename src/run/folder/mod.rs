@@ -13,10 +13,13 @@ use super::build::{BUILD, cpu_class};
 use super::error::RunError;
 use super::fields;
 use super::first_record::first_record;
+use super::formability::Judged;
 use super::formed::Formed;
 use super::necking::Necking;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
 use super::springback::Springback;
+use super::strain_path::StrainPaths;
+use super::strains::of_sheet;
 use crate::files::{WriteError, remove_where, sweep};
 use crate::report::doubt::Doubt;
 use crate::report::record::{
@@ -26,6 +29,7 @@ use crate::report::record::{
 use crate::report::{DataArray, write_pvd};
 use crate::scene::Plan;
 use crate::scene::types::SymmetryPlane;
+use crate::solver::material::forming_limit::Diagram;
 use crate::solver::{IncrementReport, Simulation};
 
 /// Divisions of a patch in the VTU of its tool.
@@ -62,6 +66,12 @@ pub struct RunFolder {
     /// State of the necking check.
     #[serde(default)]
     necking: Necking,
+    /// Strain path of every element so far.
+    #[serde(default)]
+    strain_paths: StrainPaths,
+    /// Forming limit diagram of the blank.
+    #[serde(skip)]
+    diagram: Diagram,
 }
 
 /// Result files of a run beside `run.json`.
@@ -103,6 +113,8 @@ impl RunFolder {
             farthest: vec![None; plan.scene.tools.len()],
             holders: Vec::new(),
             necking: Necking::default(),
+            strain_paths: StrainPaths::default(),
+            diagram: Diagram::default(),
         };
         folder.record.write(&path.join("run.json"))?;
         Ok(folder)
@@ -181,14 +193,24 @@ impl RunFolder {
         let necking = self.necking.update(report, &positions);
         self.record.record_necking(necking);
         self.record.strain = formed.record(report.body, &positions);
+        let strains = of_sheet(mesh, now);
+        if !report.free {
+            self.strain_paths.update(&strains);
+        }
+        let judged = Judged::new(&self.diagram, strains);
+        if !report.free {
+            let found = judged.record(report.increment, mesh, &positions, &self.strain_paths);
+            self.record.formability = found;
+        }
         let stage_end = report.ends_stage();
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
         let first = self.last_stage.is_none();
         self.last_stage = Some(report.stage);
         if first || due || stage_end {
             let name = format!("steps/{:06}.vtu", report.increment);
-            fields::sheet(mesh, now, report.contact_forces, &formed)
-                .write(&self.path.join(&name))?;
+            let mut grid = fields::sheet(mesh, now, report.contact_forces, &formed);
+            grid.cell_data.extend(judged.cell_data());
+            grid.write(&self.path.join(&name))?;
             if self.steps.last().is_none_or(|(_, last)| *last != name) {
                 self.steps.push((report.time, name));
             }
@@ -209,6 +231,11 @@ impl RunFolder {
     /// Sets the blank holders of the scene.
     pub fn set_holders(&mut self, holders: &[Holder]) {
         self.holders = holders.iter().map(|h| (h.tool, h.forced.clone())).collect();
+    }
+
+    /// Sets the forming limit diagram of the blank.
+    pub fn set_diagram(&mut self, diagram: Diagram) {
+        self.diagram = diagram;
     }
 
     /// Sets the doubts about the scene.
@@ -244,6 +271,7 @@ impl RunFolder {
         let forces = simulation.contact_forces();
         let now = simulation.displacements();
         let mut grid = fields::sheet(mesh, now, &forces, &Formed::of(simulation.body(), now));
+        grid.cell_data.extend(Judged::new(&self.diagram, of_sheet(mesh, now)).cell_data());
         if let Some(worst) = node {
             let mark = |node: usize| if node == worst { 1.0 } else { 0.0 };
             let marks = (0..mesh.nodes.len()).map(mark).collect();

@@ -142,6 +142,9 @@ pub fn check_value(value: &serde_json::Value) -> Result<Scene, Fault> {
         CardError::Value { key, found, allowed, .. } => {
             (format!("material.{key}"), found.to_string(), allowed)
         }
+        CardError::FormingLimit { cause, .. } => {
+            (format!("material.forming_limit.{}", cause.key), cause.found, cause.allowed.into())
+        }
         e => {
             let allowed = "the name of a card of the library, or a card in full";
             ("material".into(), e.to_string(), allowed.into())

@@ -15,6 +15,7 @@ pub mod elastic;
 mod error;
 pub mod fit;
 pub mod foreseen;
+pub mod forming_limit;
 pub mod hardening;
 pub mod hill48;
 mod law;

@@ -1,5 +1,7 @@
 //! Material cards: JSON with its source, embedded in the program or written into a scene.
 
+mod forming;
+
 use std::sync::Arc;
 
 use schemars::JsonSchema;
@@ -7,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::elastic::Elastic;
 use super::error::MaterialDataError;
+use super::forming_limit::{FormingLimit, LimitError};
 use super::hardening::{Hardening, HardeningError};
 use super::hill48::{Hill48, Hill48Error};
 use super::law::Material;
@@ -38,6 +41,9 @@ pub struct MaterialCard {
     /// Chaboche backstresses.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub backstresses: Vec<BackstressCard>,
+    /// Forming limit curve; without one the margin to the limit is not judged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub forming_limit: Option<FormingLimit>,
 }
 
 /// A yield criterion.
@@ -131,12 +137,20 @@ pub enum CardError {
         /// Allowed values.
         allowed: String,
     },
+    /// Data that define no forming limit curve.
+    #[error("material '{name}', {cause}")]
+    FormingLimit {
+        /// Card.
+        name: String,
+        /// Key, value found and values allowed.
+        cause: LimitError,
+    },
 }
 
 /// What a card has, for messages about texts that are none.
 pub const KEYS: &str = "a material card: `name`, `young_mpa` (above zero), `poisson` (in (-1, 0.5)), of a plastic material `yield` and \
-     `hardening` too, with what they have in schemas/scene.schema.json (MaterialCard); `source` and `backstresses` may be \
-     left out";
+     `hardening` too, with what they have in schemas/scene.schema.json (MaterialCard); `source`, `backstresses` and \
+     `forming_limit` may be left out";
 
 /// Key of the card, value found and values allowed.
 fn keyed(cause: MaterialDataError) -> (String, f64, String) {
@@ -157,7 +171,7 @@ fn keyed(cause: MaterialDataError) -> (String, f64, String) {
     }
 }
 
-const LIBRARY: [&str; 11] = [
+const LIBRARY: [&str; 16] = [
     include_str!("../cards/mild-steel-neto2012.json"),
     include_str!("../cards/mild-steel-numisheet93.json"),
     include_str!("../cards/aluminium-numisheet93-cup.json"),
@@ -169,6 +183,11 @@ const LIBRARY: [&str; 11] = [
     include_str!("../cards/aa6022-t4-tian2017.json"),
     include_str!("../cards/aa5754-o-coer2018.json"),
     include_str!("../cards/structural-steel-hartloper-uvc.json"),
+    include_str!("../cards/dc04-nominal.json"),
+    include_str!("../cards/dc06-nominal.json"),
+    include_str!("../cards/dx56-nominal.json"),
+    include_str!("../cards/dp780-nominal.json"),
+    include_str!("../cards/if-steel-jeong.json"),
 ];
 
 /// Cards embedded in the program.
@@ -272,6 +291,7 @@ impl MaterialCard {
             (None, None) if !self.backstresses.is_empty() => return Err(incomplete("yield")),
             (None, None) => {
                 elastic.check().map_err(data)?;
+                self.limit_curve(1.0)?;
                 return Ok(Arc::new(elastic));
             }
             (Some(_), None) => return Err(incomplete("hardening")),
@@ -282,6 +302,7 @@ impl MaterialCard {
         let plastic = Plastic::with_yield(elastic, function, hardening)
             .and_then(|p| p.with_backstresses(self.chaboche()))
             .map_err(data)?;
+        self.limit_curve(1.0)?;
         let (s, c) = angle.sin_cos();
         let axes = Mat3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
         Ok(Arc::new(if angle == 0.0 { plastic } else { plastic.with_axes(&axes) }))

@@ -58,7 +58,8 @@ impl Page {
 
     /// A part that is folded until its title is clicked, and is open in print; `content` fills it.
     pub fn folded(&mut self, title: &str, content: impl FnOnce(&mut Self)) {
-        let _ = writeln!(self.body, "<details class=\"part\"><summary>{}</summary>", escaped(title));
+        let _ =
+            writeln!(self.body, "<details class=\"part\"><summary>{}</summary>", escaped(title));
         content(self);
         self.body.push_str("</details>\n");
     }

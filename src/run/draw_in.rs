@@ -97,8 +97,20 @@ fn border(chain: &[usize], plan: &impl Fn(usize) -> Vec2, now: &impl Fn(usize) -
     let last = chain.len() - 1;
     let mut arc_mm = 0.0;
     let point = |k: usize| {
-        let before = if k > 0 { k - 1 } else if closed { last - 1 } else { 0 };
-        let after = if k < last { k + 1 } else if closed { 1 } else { last };
+        let before = if k > 0 {
+            k - 1
+        } else if closed {
+            last - 1
+        } else {
+            0
+        };
+        let after = if k < last {
+            k + 1
+        } else if closed {
+            1
+        } else {
+            last
+        };
         let initial = plan(chain[k]);
         if k > 0 {
             arc_mm += (initial - plan(chain[k - 1])).norm();
@@ -131,9 +143,8 @@ mod tests {
         assert_eq!((found.len(), found[0].len()), (1, 21));
         assert!((found[0].last().unwrap().arc_mm - 40.0).abs() < 1e-12);
         for point in &found[0] {
-            let corner = [point.initial.x, point.initial.y]
-                .iter()
-                .all(|x| *x < 1e-9 || *x > 10.0 - 1e-9);
+            let corner =
+                [point.initial.x, point.initial.y].iter().all(|x| *x < 1e-9 || *x > 10.0 - 1e-9);
             let expected = if corner { 0.5 * 2.0_f64.sqrt() } else { 0.5 };
             assert!((point.draw_in - expected).abs() < 1e-12, "{point:?}");
         }

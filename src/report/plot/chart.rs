@@ -68,6 +68,16 @@ impl Plot {
         plot
     }
 
+    /// Adds a line.
+    pub fn line(&mut self, series: Series) {
+        self.series.push((series, Style::Line));
+    }
+
+    /// Adds a dotted guide.
+    pub fn guide(&mut self, series: Series) {
+        self.series.push((series, Style::Guide));
+    }
+
     /// Whether a point can be drawn: finite, and positive on logarithmic axes.
     pub(super) fn drawable(&self, x: f64, y: f64) -> bool {
         let fits = |v: f64, log: bool| v.is_finite() && (!log || v > 0.0);

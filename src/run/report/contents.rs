@@ -21,8 +21,8 @@ pub(super) struct Contents<'a> {
     pub(super) record: &'a RunRecord,
     /// Content of `history.csv`.
     pub(super) history: &'a History,
-    /// Name of the material card; `None` if unknown.
-    pub(super) material: Option<&'a str>,
+    /// The scene with what it names; `None` if it cannot be used.
+    pub(super) plan: Option<&'a Plan>,
     /// The sheet at the end; `None` if its state is unknown.
     pub(super) sheet: Option<SheetView<'a>>,
     /// Earlier states of sheet and tools, in time.
@@ -80,7 +80,7 @@ impl<'a> Contents<'a> {
         Self {
             record: &folder.record,
             history: &folder.history,
-            material: Some(&plan.card.name),
+            plan: Some(plan),
             sheet: Some(sheet),
             steps: steps::read(&folder.path, &folder.history, mesh),
             symmetry: symmetry(plan),

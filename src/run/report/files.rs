@@ -112,13 +112,12 @@ impl RunFiles {
         let sheet = self.sheet(&mut missing);
         let tools = self.tools(&mut missing);
         let plan = self.scene.as_ref().ok().map(|scene| &scene.plan);
-        let material = plan.map(|plan| plan.card.name.as_str());
         let steps =
             sheet.as_ref().map(|sheet| steps::read(&self.folder, &self.history, &sheet.mesh));
         Contents {
             record: &self.record,
             history: &self.history,
-            material,
+            plan,
             sheet,
             steps: steps.unwrap_or_default(),
             symmetry: plan.map(symmetry).unwrap_or_default(),

@@ -1,18 +1,23 @@
-//! `report.html`: force over travel, thickness, the formed sheet and the tools in 3-D, audits. Its contents come from the
+//! `report.html`: outcome and answers, the formed sheet in 3-D, forces, strains in the forming limit diagram, draw-in,
+//! thickness, tools with audits, set-up, and folded at the end diagnostics of the solver. Its contents come from the
 //! simulation at the end of a run, or later from the files of the run folder.
 
+mod border;
 mod contents;
+mod diagnostics;
 mod error;
 mod files;
 mod grid;
+mod outcome;
+mod setup;
 mod sheet;
 mod steps;
-mod summary;
 mod thickness;
 mod tools;
 
 use std::path::{Path, PathBuf};
 
+use super::draw_in::borders;
 use super::folder::RunFolder;
 use crate::files::WriteError;
 use crate::report::page::Page;
@@ -66,22 +71,31 @@ pub fn write_from_files(folder: &Path) -> Result<WrittenPage, ReportError> {
 fn page(contents: &Contents<'_>) -> Page {
     let Contents { record, history, .. } = *contents;
     let mut page = Page::new(&record.name);
+    outcome::sentence(&mut page, record);
     page.doubts(&record.doubts);
     contents.missing.iter().for_each(|part| page.text(&format!("Not on this page: {part}.")));
-    summary::tables(&mut page, record, contents.material.unwrap_or("-"));
+    let borders = contents
+        .sheet
+        .as_ref()
+        .map_or_else(Vec::new, |sheet| borders(&sheet.mesh, &sheet.positions, &contents.symmetry));
+    outcome::answers(&mut page, record, history, &borders);
+    if let Some(sheet) = &contents.sheet {
+        sheet::formed(&mut page, contents, sheet, sheet.thickness());
+    }
     page.heading("Force against travel");
     let (travelled, title) = path(history);
     let series = force_series(history, &travelled);
     page.plot(&Plot::lines(series, &title, "force, whole process [N]"), 420);
     if let Some(sheet) = &contents.sheet {
-        let thickness = sheet.thickness();
+        sheet::strains(&mut page, sheet, record);
+        border::draw_in(&mut page, &borders);
         page.heading("Thickness");
-        thickness::chart(&mut page, sheet.shape, &sheet.mesh, &thickness);
-        sheet::strains(&mut page, sheet, record.springback.is_some());
-        sheet::formed(&mut page, contents, sheet, thickness);
+        thickness::chart(&mut page, sheet.shape, &sheet.mesh, &sheet.thickness());
     }
     page.heading("The tools and their shape error");
     tools::views(&mut page, &contents.tools, &contents.symmetry);
+    setup::tables(&mut page, record, contents.plan);
+    page.folded("Solver diagnostics", |page| diagnostics::tables(page, record));
     page
 }
 

@@ -11,14 +11,19 @@ const TON_FORCE_N: f64 = 9806.65;
 pub(super) fn sentence(page: &mut Page, record: &RunRecord) {
     let doubts = record.doubts.len();
     let (outcome, text) = match record.verdict {
-        Verdict::Completed => (Outcome::Good, "Completed: all stages are done, and there is no doubt.".into()),
+        Verdict::Completed => {
+            (Outcome::Good, "Completed: all stages are done, and there is no doubt.".into())
+        }
         Verdict::Doubtful => {
             let doubts = if doubts == 1 { "1 doubt".into() } else { format!("{doubts} doubts") };
             (Outcome::Doubtful, format!("Doubtful: all stages are done, with {doubts}."))
         }
         Verdict::NotConverged => (
             Outcome::Failed,
-            format!("Not converged after {} increments: the state below is the last converged one.", record.increments),
+            format!(
+                "Not converged after {} increments: the state below is the last converged one.",
+                record.increments
+            ),
         ),
         Verdict::Stopped => (
             Outcome::Doubtful,
@@ -36,12 +41,7 @@ pub(super) fn sentence(page: &mut Page, record: &RunRecord) {
 }
 
 /// Writes the table of answers: thickness, formability, forces, draw-in, springback, stability.
-pub(super) fn answers(
-    page: &mut Page,
-    record: &RunRecord,
-    history: &History,
-    borders: &[Border],
-) {
+pub(super) fn answers(page: &mut Page, record: &RunRecord, history: &History, borders: &[Border]) {
     let mut rows: Vec<[String; 2]> = Vec::new();
     let mut add = |name: &str, value: String| rows.push([name.to_owned(), value]);
     if let Some(thickness) = record.thickness {
@@ -111,7 +111,10 @@ fn largest_force(history: &History, tool: usize) -> Option<String> {
         format!("{:.2} kN ({:.2} t)", force / 1000.0, force / TON_FORCE_N)
     };
     (force > 0.0).then(|| {
-        format!("{unit} at a travel of {:.2} mm, increment {}, {}", at.travel_mm[tool], at.increment, at.stage)
+        format!(
+            "{unit} at a travel of {:.2} mm, increment {}, {}",
+            at.travel_mm[tool], at.increment, at.stage
+        )
     })
 }
 

@@ -41,9 +41,11 @@ fn sheet(page: &mut Page, plan: &Plan) {
         row("shape", &words(&serde_json::to_value(&blank.shape).unwrap_or_default())),
         row("element", &words(&serde_json::to_value(blank.element).unwrap_or_default())),
     ];
-    let planes = plan.scene.symmetry.iter().map(|plane| {
-        format!("{} = {} mm", ["x", "y", "z"][plane.normal.index()], plane.at_mm)
-    });
+    let planes = plan
+        .scene
+        .symmetry
+        .iter()
+        .map(|plane| format!("{} = {} mm", ["x", "y", "z"][plane.normal.index()], plane.at_mm));
     let planes: Vec<String> = planes.collect();
     if !planes.is_empty() {
         rows.push(row("symmetry planes", &planes.join(", ")));

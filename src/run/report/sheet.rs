@@ -5,23 +5,59 @@ use super::steps::{self, Step};
 use crate::geometry::Vec3;
 use crate::report::page::Page;
 use crate::report::plot::{Plot, Series};
+use crate::report::record::RunRecord;
 use crate::report::viewer::{Field, Frame, Location, Surface, View, Visibility, fans};
 use crate::run::strains::Principal;
+use crate::solver::material::forming_limit::LimitCurve;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// Plots major over minor strain of every element, as in a forming limit diagram; nothing without strains. `released`:
-/// the strains are those before the tools were released.
-pub(super) fn strains(page: &mut Page, sheet: &SheetView<'_>, released: bool) {
+/// Plots major over minor strain of every element in the forming limit diagram, with the limit curve if the card has one;
+/// nothing without strains.
+pub(super) fn strains(page: &mut Page, sheet: &SheetView<'_>, record: &RunRecord) {
     let Some(strains) = &sheet.strains else { return };
+    let released = record.springback.is_some();
     let when = if released { "in the last equilibrium with tools" } else { "at the end" };
-    page.heading("Major and minor strain");
+    let limit = limit_curve(record);
+    page.heading("Forming limit diagram");
+    let curve = if limit.is_empty() {
+        "The material card has no forming limit, so that no curve is drawn."
+    } else {
+        "Line: forming limit curve of the card."
+    };
     page.text(&format!(
-        "Logarithmic strains of the mid-surface of every element, {when}; hover to see the element number. Dotted: uniaxial \
-         tension (isotropic), plane strain, and equal biaxial stretching."
+        "Logarithmic strains of the mid-surface of every element, {when}; hover to see the element number. {curve} Dotted: \
+         uniaxial tension (isotropic), plane strain, and equal biaxial stretching."
     ));
     let elements = strain_series(strains);
     let paths = strain_paths(&elements.y);
-    page.plot(&Plot::scatter(elements, paths, "minor strain", "major strain"), 480);
+    let curve = drawn_curve(limit, &elements.x);
+    let mut plot = Plot::scatter(elements, paths, "minor strain", "major strain");
+    if let Some(curve) = curve {
+        plot.line(curve);
+    }
+    page.plot(&plot, 480);
+}
+
+/// Points of the forming limit curve.
+fn limit_curve(record: &RunRecord) -> &[[f64; 2]] {
+    record.formability.as_ref().map_or(&[], |formed| &formed.limit_curve)
+}
+
+/// The limit curve over the minor strains that occur: to the left of its first point with slope -1, to the right of its
+/// last one horizontal.
+fn drawn_curve(points: &[[f64; 2]], minor: &[f64]) -> Option<Series> {
+    let (first, last) = (points.first()?, points.last()?);
+    let low = minor.iter().copied().fold(first[0], f64::min);
+    let high = minor.iter().copied().fold(last[0], f64::max);
+    let mut all = points.to_vec();
+    if low < first[0] {
+        all.insert(0, [low, first[1] + first[0] - low]);
+    }
+    if high > last[0] {
+        all.push([high, last[1]]);
+    }
+    let (x, y) = all.into_iter().map(|[x, y]| (x, y)).unzip();
+    Some(Series { name: "forming limit".into(), x, y })
 }
 
 fn strain_series(strains: &[Principal]) -> Series {
@@ -49,7 +85,8 @@ pub(super) fn formed(
 ) {
     page.heading("The formed sheet");
     let steps = &contents.steps;
-    let mut surfaces = vec![surface(sheet, thickness, steps)];
+    let margin = margins(sheet, limit_curve(contents.record));
+    let mut surfaces = vec![surface(sheet, (thickness, margin), steps)];
     surfaces.extend(contents.tools.iter().enumerate().map(|(k, tool)| Surface {
         visibility: Visibility::Hidden,
         fields: Vec::new(),
@@ -64,8 +101,20 @@ pub(super) fn formed(
     page.view(&View { title: "The formed sheet".into(), surfaces, steps: names, symmetry });
 }
 
+/// Margin of every element to the limit curve with these points; `None` without strains or points.
+fn margins(sheet: &SheetView<'_>, points: &[[f64; 2]]) -> Option<Vec<f64>> {
+    let strains = sheet.strains.as_ref().filter(|_| !points.is_empty())?;
+    let curve = LimitCurve::new(points.to_vec());
+    let margin = |s: &Principal| 1.0 - curve.failure_ratio(s.minor, s.major);
+    Some(strains.iter().map(margin).collect())
+}
+
 /// The upper face with its fields, at the end and at every step.
-fn surface(sheet: &SheetView<'_>, thickness: Vec<f64>, steps: &[Step]) -> Surface {
+fn surface(
+    sheet: &SheetView<'_>,
+    (thickness, margin): (Vec<f64>, Option<Vec<f64>>),
+    steps: &[Step],
+) -> Surface {
     let mesh = &*sheet.mesh;
     let initial = crate::run::fields::column_thickness(mesh, &mesh.nodes);
     let thinning = |now: &[f64]| -> Vec<f64> {
@@ -80,11 +129,17 @@ fn surface(sheet: &SheetView<'_>, thickness: Vec<f64>, steps: &[Step]) -> Surfac
     if let Some(plastic) = &sheet.plastic_strain {
         fields.push(field("equivalent plastic strain", Location::Cells, plastic.clone()));
     }
+    let has_plastic = sheet.plastic_strain.is_some();
+    let has_margin = margin.is_some();
+    if let Some(margin) = margin {
+        fields.push(field("margin to the forming limit", Location::Cells, margin));
+    }
     let frame = |step: &Step| {
         let thickness = step.thickness(mesh);
         let thinning = thinning(&thickness);
-        let mut values = vec![thickness, thinning, step.plastic_strain.clone()];
-        values.truncate(fields.len());
+        let mut values = vec![thickness, thinning];
+        values.extend(has_plastic.then(|| step.plastic_strain.clone()));
+        values.extend(has_margin.then(|| step.margin.clone()));
         Frame { points: upper_points(mesh, &step.positions), values, ..Frame::default() }
     };
     let frames = steps.iter().map(frame).collect();
@@ -142,6 +197,30 @@ mod tests {
     }
 
     #[test]
+    fn the_limit_curve_is_drawn_over_all_strains_and_gives_margins() {
+        let points = [[-0.1, 0.4], [0.0, 0.3], [0.2, 0.4]];
+        let curve = drawn_curve(&points, &[-0.3, 0.5]).unwrap();
+        assert_eq!(curve.x, [-0.3, -0.1, 0.0, 0.2, 0.5]);
+        assert!((curve.y[0] - 0.6).abs() < 1e-15 && curve.y[4] == 0.4, "{:?}", curve.y);
+        assert_eq!(drawn_curve(&points, &[0.1]).unwrap().x.len(), 3);
+        assert!(drawn_curve(&[], &[0.1]).is_none());
+        let mesh = rectangle(2.0, 1.0, 1.0, 2, 1, 1);
+        let sheet = SheetView {
+            shape: None,
+            mesh: std::borrow::Cow::Borrowed(&mesh),
+            positions: mesh.nodes.clone(),
+            strains: Some(vec![
+                Principal { major: 0.15, minor: 0.0 },
+                Principal { major: 0.6, minor: 0.0 },
+            ]),
+            plastic_strain: None,
+        };
+        let found = margins(&sheet, &points).unwrap();
+        assert!((found[0] - 0.5).abs() < 1e-15 && (found[1] + 1.0).abs() < 1e-15, "{found:?}");
+        assert!(margins(&sheet, &[]).is_none());
+    }
+
+    #[test]
     fn the_upper_face_has_the_numbers_of_the_grid() {
         let mesh = rectangle(2.0, 1.0, 1.0, 2, 1, 2);
         let face = upper_face(&mesh, &mesh.nodes);
@@ -162,6 +241,7 @@ mod tests {
             name: "start".into(),
             positions: mesh.nodes.clone(),
             plastic_strain: vec![0.0],
+            margin: Vec::new(),
             travel_mm: Vec::new(),
         };
         let sheet = SheetView {
@@ -171,7 +251,7 @@ mod tests {
             strains: None,
             plastic_strain: None,
         };
-        let face = surface(&sheet, sheet.thickness(), &[step]);
+        let face = surface(&sheet, (sheet.thickness(), None), &[step]);
         assert_eq!(face.fields.len(), 2);
         assert!(face.fields[1].values.iter().all(|v| (v - 10.0).abs() < 1e-12));
         let frame = &face.frames[0].values;

@@ -19,6 +19,8 @@ pub(super) struct Step {
     pub(super) positions: Vec<Vec3>,
     /// Mean equivalent plastic strain of every element; empty if unknown.
     pub(super) plastic_strain: Vec<f64>,
+    /// Margin of every element to the forming limit; empty if unknown.
+    pub(super) margin: Vec<f64>,
     /// Travel of each tool [mm].
     pub(super) travel_mm: Vec<f64>,
 }
@@ -86,6 +88,7 @@ fn read_step(
     same.then(|| Step {
         name: name(history, row),
         plastic_strain: grid::cell_values(&read, "plastic_strain").unwrap_or_default().to_vec(),
+        margin: grid::cell_values(&read, "forming_limit_margin").unwrap_or_default().to_vec(),
         travel_mm: row.map_or_else(|| vec![0.0; history.tools.len()], |row| row.travel_mm.clone()),
         positions: read.points,
     })

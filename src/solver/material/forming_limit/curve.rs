@@ -12,7 +12,7 @@ pub struct LimitCurve {
 impl LimitCurve {
     /// A curve through `points`, minor and major strain, by strictly increasing minor strain; major strains above 0.
     #[must_use]
-    pub(super) fn new(points: Vec<[f64; 2]>) -> Self {
+    pub fn new(points: Vec<[f64; 2]>) -> Self {
         Self { points }
     }
 

@@ -1,4 +1,4 @@
-//! Tables at the head of `report.html`: outcome, accuracy, and time of the phases.
+//! Diagnostics of the solver in `report.html`: cost, accuracy, stability, faults, and time of the phases.
 
 use crate::report::digits::four_digits;
 use crate::report::page::Page;
@@ -7,30 +7,25 @@ use crate::report::record::{OverhangRecord, RunRecord};
 /// A quantity and its value as text.
 type Row = (&'static str, String);
 
-/// Writes the summary, the message of a run that ended early, and the wall time of the phases.
-pub(super) fn tables(page: &mut Page, record: &RunRecord, material: &str) {
+/// Writes the figures and the wall time of the phases.
+pub(super) fn tables(page: &mut Page, record: &RunRecord) {
     let groups = [
-        course(record, material),
-        deformation(record),
+        course(record),
         errors(record),
         stability(record),
         sheet_faults(record),
         contact_faults(record),
-        vec![("springback, largest and RMS", springback(record))],
     ];
     let rows: Vec<Vec<String>> =
         groups.into_iter().flatten().map(|(a, b)| vec![a.to_owned(), b]).collect();
     page.table(&["", ""], &rows);
-    if let Some(message) = &record.message {
-        page.text(message);
-    }
     let timings: Vec<Vec<String>> =
         record.timings_s.iter().map(|(k, v)| vec![k.clone(), format!("{v:.2}")]).collect();
     page.table(&["phase", "wall time [s]"], &timings);
 }
 
 /// Outcome and cost.
-fn course(r: &RunRecord, material: &str) -> Vec<Row> {
+fn course(r: &RunRecord) -> Vec<Row> {
     vec![
         ("verdict", r.verdict.to_string()),
         (
@@ -40,14 +35,6 @@ fn course(r: &RunRecord, material: &str) -> Vec<Row> {
         ("unknowns", r.unknowns.to_string()),
         ("wall time, processor time", format!("{:.1} s, {:.1} s", r.wall_s, r.cpu_s)),
         ("peak memory", format!("{:.0} MB", r.peak_mb)),
-        ("material", material.to_owned()),
-    ]
-}
-
-fn deformation(r: &RunRecord) -> Vec<Row> {
-    vec![
-        ("minimum thickness", r.thickness.map_or("-".into(), |thickness| thickness.to_string())),
-        ("largest strains", r.strain.map_or("-".into(), |strain| strain.to_string())),
     ]
 }
 
@@ -131,11 +118,4 @@ fn contact_faults(r: &RunRecord) -> Vec<Row> {
         ("largest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
         ("largest penetration of a face between nodes", on_faces),
     ]
-}
-
-fn springback(r: &RunRecord) -> String {
-    r.springback.map_or("-".into(), |s| {
-        let [largest, rms] = [s.largest_mm, s.rms_mm];
-        format!("{largest:.3} and {rms:.3} mm; released elastic energy {:.0} N mm", s.energy_nmm)
-    })
 }

@@ -199,6 +199,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::run::strains::SheetStrain;
     use crate::solver::assembly::Body;
     use crate::solver::element::ElementKind;
     use crate::solver::material::elastic::Elastic;
@@ -266,5 +267,21 @@ mod tests {
         assert!(is_newest(1, 4));
         save(5, newest_readable(path).unwrap().0 + 1);
         assert!(is_newest(0, 5));
+    }
+
+    /// Strain paths with numbers of all digits are the same bits after a restart.
+    #[test]
+    fn strain_paths_are_restored_bit_by_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let strain = |tensor: [f64; 3]| SheetStrain { tensor, ..SheetStrain::default() };
+        let mut run = run_folder(folder.path(), 3);
+        for k in 1..4 {
+            let turn = (0.7 * f64::from(k)).sin() / 7.0;
+            run.strain_paths.update(&[strain([turn, 0.1 / 3.0, -turn]), strain([0.0; 3])]);
+        }
+        write(&run, &state(), 0).unwrap();
+        let (_, found) = newest_readable(folder.path()).unwrap();
+        assert_eq!(found.folder.strain_paths, run.strain_paths);
+        assert!(run.strain_paths.has_turned(0) && !run.strain_paths.has_turned(1));
     }
 }

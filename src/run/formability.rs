@@ -27,7 +27,8 @@ impl<'a> Judged<'a> {
 
     /// Thinning of an element [%]: decrease of its thickness over the initial thickness.
     fn thinning_percent(strain: &SheetStrain) -> f64 {
-        -100.0 * strain.thickness.exp_m1()
+        // Not -100 (exp - 1), which is -0 for no strain.
+        100.0 - 100.0 * strain.thickness.exp()
     }
 
     fn zone(&self, strain: &SheetStrain) -> Zone {

@@ -68,7 +68,7 @@ pub struct RunFolder {
     necking: Necking,
     /// Strain path of every element so far.
     #[serde(default)]
-    strain_paths: StrainPaths,
+    pub(super) strain_paths: StrainPaths,
     /// Forming limit diagram of the blank.
     #[serde(skip)]
     diagram: Diagram,

@@ -4,8 +4,6 @@
 //! as in Heinzelmann et al. (2025), MATEC Web Conf. 408, 01090. The zone below pure shear, where the sheet thickens, is
 //! divided by the line of uniaxial compression.
 
-use serde::{Deserialize, Serialize};
-
 use super::curve::LimitCurve;
 
 /// Margin to the limit below which a state is at risk: a tenth of the path to the limit, the usual safety margin of press
@@ -15,8 +13,7 @@ pub const RISK_MARGIN: f64 = 0.1;
 pub const STRETCH_MIN: f64 = 0.02;
 
 /// A zone of the forming limit diagram, with its number in fields.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Zone {
     /// Stretched, and not judged: the card has no forming limit.
     NotJudged = 0,

@@ -7,7 +7,7 @@ use crate::geometry::Vec3;
 use crate::report::page::Page;
 use crate::report::record::History;
 use crate::report::viewer::{Field, Frame, Surface, View, Visibility, connected, fans};
-use crate::report::vtu_read;
+use crate::report::vtu_read::{self, GridArray};
 use crate::run::fields;
 use crate::scene::Plan;
 use crate::scene::plan::PlannedTool;
@@ -126,7 +126,8 @@ fn audit_row(name: &str, patches: usize, path: &Path) -> Vec<String> {
 /// The surface of a tool from its audit, moved by `shift`.
 fn audited_surface(name: &str, path: &Path, shift: &Vec3) -> Option<Surface> {
     let grid = vtu_read::read(path).ok()?;
-    let error = grid.point_data.iter().find(|a| a.name.starts_with("shape_error"))?;
+    let is_error = |a: &&GridArray| a.name.starts_with("shape_error") && a.components == 1;
+    let error = grid.point_data.iter().find(is_error)?;
     let patches = grid.cell_data.iter().find(|a| a.name == "patch" && a.components == 1);
     let (triangles, owners) = fans(grid.cells.iter().map(|(_, ids)| ids.as_slice()));
     let patch = |cell: u32| patches.map_or(cell, |patches| patches.values[cell as usize] as u32);

@@ -1,8 +1,11 @@
 //! The head of `report.html`: the outcome in a sentence, and what an engineer asks first about the part.
 
 use crate::report::page::{Outcome, Page};
-use crate::report::record::{History, RunRecord, Verdict};
+use crate::report::record::{FormabilityRecord, History, RunRecord, Verdict};
 use crate::run::draw_in::Border;
+
+/// A question and its answer.
+type Row = (String, String);
 
 /// Newtons of a metric ton-force.
 const TON_FORCE_N: f64 = 9806.65;
@@ -42,62 +45,58 @@ pub(super) fn sentence(page: &mut Page, record: &RunRecord) {
 
 /// Writes the table of answers: thickness, formability, forces, draw-in, springback, stability.
 pub(super) fn answers(page: &mut Page, record: &RunRecord, history: &History, borders: &[Border]) {
-    let mut rows: Vec<[String; 2]> = Vec::new();
-    let mut add = |name: &str, value: String| rows.push([name.to_owned(), value]);
-    if let Some(thickness) = record.thickness {
-        add("minimum thickness", thickness.to_string());
-    }
+    let mut rows: Vec<Row> = Vec::new();
+    rows.extend(record.thickness.map(|t| ("minimum thickness".to_owned(), t.to_string())));
     if let Some(formed) = &record.formability {
-        add("largest thinning of an element", formed.thinning.to_string());
-        if formed.thickening.percent < 0.0 {
-            let place = formed.thickening.to_string();
-            add("largest thickening of an element", place.trim_start_matches('-').to_owned());
-        }
-        match formed.margin {
-            Some(margin) => add("smallest margin to the forming limit", margin.to_string()),
-            None => add(
-                "margin to the forming limit",
-                "not judged: the material card has no forming limit".into(),
-            ),
-        }
-        add("area by zone", formed.zones.to_string());
-        if formed.turned_paths.elements > 0 {
-            let turned = formed.turned_paths;
-            add(
-                "strain paths that turn",
-                format!(
-                    "by more than {:.0} degrees in {:.1} % of the area: a limit curve holds for straight paths, and the verdict is weaker there",
-                    turned.angle_deg,
-                    100.0 * turned.share
-                ),
-            );
-        }
+        rows.extend(formability(formed));
     }
-    if let Some(strain) = record.strain {
-        add("largest strains", strain.to_string());
-    }
-    for (k, tool) in history.tools.iter().enumerate() {
-        if let Some(force) = largest_force(history, k) {
-            add(&format!("largest force of {tool}"), force);
-        }
-    }
-    if let Some(text) = borders.first().and_then(|border| draw_in(border)) {
-        add("draw-in of the outer border", text);
-    }
-    if let Some(springback) = record.springback {
-        add(
-            "springback",
-            format!(
-                "up to {:.3} mm, RMS {:.3} mm; released elastic energy {:.0} N mm",
-                springback.largest_mm, springback.rms_mm, springback.energy_nmm
-            ),
+    rows.extend(record.strain.map(|s| ("largest strains".to_owned(), s.to_string())));
+    let tools = history.tools.iter().enumerate();
+    rows.extend(tools.filter_map(|(k, tool)| {
+        Some((format!("largest force of {tool}"), largest_force(history, k)?))
+    }));
+    let border = borders.first().and_then(draw_in);
+    rows.extend(border.map(|text| ("draw-in of the outer border".to_owned(), text)));
+    rows.extend(record.springback.map(|s| {
+        let text = format!(
+            "up to {:.3} mm, RMS {:.3} mm; released elastic energy {:.0} N mm",
+            s.largest_mm, s.rms_mm, s.energy_nmm
         );
-    }
-    if let Some(first) = record.first_buckle {
-        add("buckles or wrinkles", format!("{} times, first in increment {first}", record.buckles));
-    }
-    let rows: Vec<Vec<String>> = rows.into_iter().map(Vec::from).collect();
+        ("springback".to_owned(), text)
+    }));
+    rows.extend(record.first_buckle.map(|first| {
+        let text = format!("{} times, first in increment {first}", record.buckles);
+        ("buckles or wrinkles".to_owned(), text)
+    }));
+    let rows: Vec<Vec<String>> = rows.into_iter().map(|(name, value)| vec![name, value]).collect();
     page.table(&["", ""], &rows);
+}
+
+/// Rows about thinning, margin, zones and strain paths.
+fn formability(formed: &FormabilityRecord) -> Vec<Row> {
+    let row = |name: &str, value: String| (name.to_owned(), value);
+    let mut rows = vec![row("largest thinning of an element", formed.thinning.to_string())];
+    if formed.thickening.percent < 0.0 {
+        let thicker = formed.thickening.to_string();
+        let thicker = thicker.trim_start_matches('-').to_owned();
+        rows.push(row("largest thickening of an element", thicker));
+    }
+    let margin = formed.margin.map_or_else(
+        || "not judged: the material card has no forming limit".into(),
+        |margin| margin.to_string(),
+    );
+    rows.push(row("smallest margin to the forming limit", margin));
+    rows.push(row("area by zone", formed.zones.to_string()));
+    let turned = formed.turned_paths;
+    if turned.elements > 0 {
+        let text = format!(
+            "by more than {:.0} degrees in {:.1} % of the area: a limit curve holds for straight paths, and the verdict is weaker there",
+            turned.angle_deg,
+            100.0 * turned.share
+        );
+        rows.push(row("strain paths that turn", text));
+    }
+    rows
 }
 
 /// The largest force of a tool with its increment and travel.

@@ -53,7 +53,7 @@ async function places(axes) {
   return out;
 }
 
-// A number with five significant digits.
+// A number with five significant digits, four where it has an exponent.
 function digits(value) {
   if (!Number.isFinite(value)) return "no value";
   const size = Math.abs(value);

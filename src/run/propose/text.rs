@@ -27,7 +27,7 @@ impl Layout {
             &mut out,
             1,
             "_material",
-            "`kanagata material list` names the cards; a path ending in .json is a card of your own.",
+            "A card of the library, or a path ending in .json: a card of your own.",
         );
         let _ = writeln!(out, "  \"material\": {},", quoted(&self.material));
         self.supports(&mut out);
@@ -43,7 +43,7 @@ impl Layout {
             out,
             2,
             "",
-            "The lower face lies at z = 0. Outline and elements are proposals: `kanagata-solve check` says where elements are too long for a radius.",
+            "The lower face lies at z = 0. Outline and elements are proposals: the check of the scene says where elements are too long for a radius.",
         );
         let shape = match self.outline {
             Outline::Rectangle { corner, size, elements } => format!(

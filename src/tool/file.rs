@@ -345,7 +345,7 @@ mod tests {
         assert!(message.contains("colour") && message.contains("line 1"), "{message}");
         let newer = text.replacen("\"version\":1", "\"version\":2", 1);
         assert!(matches!(read_text(&newer), Err(ToolFileError::Version { found: 2, .. })));
-        assert!(matches!(read_text(""), Err(ToolFileError::Syntax { .. })));
+        assert!(matches!(read_text(""), Err(ToolFileError::Kind(_))));
         assert!(matches!(read_text(&text[..text.len() / 2]), Err(ToolFileError::Syntax { .. })));
         let other = text.replacen("\"face\":5}]", "\"face\":5}],\"bezier_patches\":[]", 1);
         assert!(read_text(&other).is_ok());

@@ -98,6 +98,11 @@ struct Coarsest {
     finer: [f64; 2],
 }
 
+/// Length of elements that represent a radius [mm] well for a thickness [mm].
+pub(in crate::run) fn wanted_length(radius: f64, thickness: f64) -> f64 {
+    std::f64::consts::FRAC_PI_2 * radius / needed(radius, thickness)
+}
+
 /// Required elements over 90 degrees of a radius [mm] for a thickness [mm].
 ///
 /// A chord of length L on a radius R penetrates by `L^2 / (8 R)`, which must not exceed the allowed penetration.

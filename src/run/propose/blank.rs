@@ -4,10 +4,8 @@ use super::GivenTool;
 use super::roles::bounds;
 use super::symmetry::Cut;
 use crate::geometry::Aabb;
-use crate::run::advice::radii::sharpest_of;
+use crate::run::advice::radii::{sharpest_of, wanted_length};
 
-/// Elements over 90 degrees of the smallest radius.
-const ELEMENTS_OVER_RADIUS: f64 = 4.0;
 /// Smallest and largest number of elements along the longer side. More take minutes in a first run.
 const ELEMENTS: [f64; 2] = [20.0, 80.0];
 /// Part of the travel by which the blank extends beyond the punch: the wall, its radii and a flange.
@@ -89,12 +87,11 @@ pub(super) fn disc(
     }
 }
 
-/// Element length with [`ELEMENTS_OVER_RADIUS`] elements over the smallest radius of the tools [mm]; `None` if all are
-/// flat.
-pub(super) fn element_length(tools: &[GivenTool]) -> Option<f64> {
+/// Element length that represents the smallest radius of the tools well [mm], as the check of a scene asks for; `None` if
+/// all are flat.
+pub(super) fn element_length(tools: &[GivenTool], thickness: f64) -> Option<f64> {
     let radius = tools.iter().map(|tool| sharpest_of(&tool.surface)).fold(f64::INFINITY, f64::min);
-    let quarter = std::f64::consts::FRAC_PI_2 * radius;
-    radius.is_finite().then(|| quarter / ELEMENTS_OVER_RADIUS)
+    radius.is_finite().then(|| wanted_length(radius, thickness))
 }
 
 /// A number rounded down to a multiple of a step, at least one step.

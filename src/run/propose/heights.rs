@@ -49,8 +49,9 @@ impl Heights {
         let (wide, long) = (size(0), size(1));
         let range = |k: usize, step: f64| {
             let cell = |x: f64| ((x - self.region.min[k]) / step - 0.5).clamp(-1.0, CELLS as f64);
-            let first = cell(bounds.min[k]).ceil().max(0.0) as usize;
-            first..(cell(bounds.max[k]).floor() + 1.0).clamp(0.0, CELLS as f64) as usize
+            // Rounding may put a bound on the other side of a cell's middle.
+            let first = (cell(bounds.min[k]).ceil() - 1.0).max(0.0) as usize;
+            first..(cell(bounds.max[k]).floor() + 2.0).clamp(0.0, CELLS as f64) as usize
         };
         let (columns, rows) = (range(0, wide), range(1, long));
         for row in rows {
@@ -60,7 +61,9 @@ impl Heights {
                 if !inside([a, b, c], x, y) {
                     continue;
                 }
+                // Walls are nearly edge-on: beside them their plane is far above or below them.
                 let z = a.z - (unit.x * (x - a.x) + unit.y * (y - a.y)) / unit.z;
+                let z = z.clamp(bounds.min.z, bounds.max.z);
                 let cell = &mut self.cells[row * CELLS + column];
                 let better = cell[0].is_nan() || if from_above { z > cell[0] } else { z < cell[0] };
                 if better {
@@ -71,14 +74,20 @@ impl Heights {
     }
 }
 
+/// Distance over the size of a triangle up to which points beside it are covered: sides that two triangles share leave no
+/// cell out.
+const BESIDE_REL: f64 = 1e-9;
+
 /// Whether a triangle covers a point in plan.
 fn inside(corners: [&Vec3; 3], x: f64, y: f64) -> bool {
+    let size = (corners[1] - corners[0]).norm_squared() + (corners[2] - corners[0]).norm_squared();
+    let near = BESIDE_REL * size;
     let side = |k: usize| {
         let (p, q) = (corners[k], corners[(k + 1) % 3]);
         (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x)
     };
     let sides = [side(0), side(1), side(2)];
-    sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
+    sides.iter().all(|s| *s >= -near) || sides.iter().all(|s| *s <= near)
 }
 
 /// Triangles between points of a patch.

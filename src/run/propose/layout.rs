@@ -73,7 +73,7 @@ pub fn propose(tools: &[GivenTool], wishes: &Wishes) -> Result<Layout, ProposeEr
         Some(travel) => (rounded(travel, 0.1), TravelFrom::Closing),
         None => (rounded(0.5 * height(die, punch), 0.1), TravelFrom::Height),
     };
-    let length = element_length(tools);
+    let length = element_length(tools, wishes.thickness_mm);
     let outline = outline(&[die, punch, carrier], wishes.kind, &cuts, (travel.0, length));
     let parts = 1 << cuts.len();
     let pressed = outline.area(parts) - plan_area(&bounds(punch)) * parts_of(punch, &cuts);

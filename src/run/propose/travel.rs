@@ -2,11 +2,11 @@
 
 use super::GivenTool;
 use super::heights::{CELLS, Heights};
-use super::roles::{bounds, common};
+use super::roles::bounds;
 
 /// Vertical component of a normal below which a face is a wall: its clearance hardly changes along z.
 const WALL_SLOPE: f64 = 0.2;
-/// Fraction of the cells common to both tools from which the die has a bottom below the punch.
+/// Fraction of the box of the punch that both tools cover, from which the die has a bottom below the punch.
 const COMMON_CELLS_MIN: f64 = 0.02;
 
 /// Travel [mm] from where die and punch touch a flat sheet of this thickness to where their distance along the normal of
@@ -20,7 +20,7 @@ pub(super) fn closing_travel(
     die_below: bool,
     thickness: f64,
 ) -> Option<f64> {
-    let region = common(&bounds(die), &bounds(punch))?;
+    let region = bounds(punch);
     let lower = Heights::new(&die.surface, &region, die_below);
     let upper = Heights::new(&punch.surface, &region, !die_below);
     let sign = if die_below { 1.0 } else { -1.0 };

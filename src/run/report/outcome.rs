@@ -7,6 +7,9 @@ use crate::run::draw_in::Border;
 /// A question and its answer.
 type Row = (String, String);
 
+/// Draw-in that is printed [mm]: half of the last digit.
+const DRAW_IN_MIN: f64 = 0.005;
+
 /// Newtons of a metric ton-force.
 const TON_FORCE_N: f64 = 9806.65;
 
@@ -121,6 +124,9 @@ fn largest_force(history: &History, tool: usize) -> Option<String> {
 fn draw_in(border: &Border) -> Option<String> {
     let most = border.iter().copied().reduce(|a, b| if b.draw_in > a.draw_in { b } else { a })?;
     let least = border.iter().copied().reduce(|a, b| if b.draw_in < a.draw_in { b } else { a })?;
+    if most.draw_in.max(-least.draw_in) < DRAW_IN_MIN {
+        return Some("none".into());
+    }
     let of = |p: crate::run::draw_in::BorderPoint| {
         format!("{:.2} mm at ({:.1}, {:.1}) mm of the blank", p.draw_in, p.initial.x, p.initial.y)
     };

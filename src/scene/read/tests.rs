@@ -145,7 +145,12 @@ fn a_material_with_a_path_is_a_card_file() {
 fn a_scene_that_is_no_scene_has_a_line_and_column() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.scene.json");
-    std::fs::write(&path, "{\n \"format\": \"kanagata-tool\"}").unwrap();
-    let message = read(&path).map(|_| ()).unwrap_err().to_string();
+    let found = |format: &str| {
+        std::fs::write(&path, format!("{{\n \"format\": \"{format}\"}}")).unwrap();
+        read(&path).map(|_| ()).unwrap_err().to_string()
+    };
+    let message = found("a-scene");
     assert!(message.contains("line 2, column"), "{message}");
+    let message = found("kanagata-tool");
+    assert!(message.contains("found a tool file; allowed: a scene"), "{message}");
 }

@@ -19,7 +19,7 @@ const ENDLESS: Duration = Duration::from_secs(120);
 
 /// Keys of which zero, an empty text, minus one or another kind of the same are sound: a run takes them as they are. Numbers beyond
 /// any use (1e300) are sound nowhere.
-const LEGITIMATE: [&str; 57] = [
+const LEGITIMATE: [&str; 62] = [
     "/blank/element/solid-shell",
     "/blank/element/solid-shell/membrane",
     "/blank/rolling_direction_deg",
@@ -77,6 +77,11 @@ const LEGITIMATE: [&str; 57] = [
     "/loads/0/where/beyond_radius_mm",
     "/solver/contact/penalty",
     "/solver/contact/augmented",
+    "/quality",
+    "/quality/flc_margin",
+    "/quality/max_thickening",
+    "/quality/min_thickness_mm",
+    "/stages/1/name",
 ];
 
 /// A strip of 35 elements, drawn 0.3 mm, and changes of it that use the keys it has not.
@@ -154,6 +159,25 @@ fn bases(folder: &Path) -> Vec<Value> {
         }),
         with(&|scene| scene["solver"]["contact"] = json!({"augmented": {"stiffness": 1.0}})),
         with(&|scene| scene["solver"]["increments_of"] = json!("history.csv")),
+        with(&|scene| {
+            let points = [[-0.2, 0.55], [0.0, 0.32], [0.3, 0.42]];
+            scene["material"]["forming_limit"] =
+                json!({"law": "points", "strain": "engineering", "points": points});
+            scene["quality"] = json!({"max_thinning": 0.9, "max_thickening": 0.9,
+                "min_thickness_mm": 0.01, "flc_margin": 0.01, "max_springback_mm": 100.0});
+            let release = json!({"release": true});
+            let drive = json!({"die": release, "holder": release, "punch": release});
+            let stages = scene["stages"].as_array_mut().unwrap();
+            stages.push(json!({"name": "springback", "drive": drive}));
+        }),
+        with(&|scene| {
+            scene["material"]["forming_limit"] = json!({"law": "keeler-brazier", "n": 0.2});
+        }),
+        with(&|scene| {
+            let law = json!({"law": "abspoel-scholting", "a80_percent": 38.0,
+                "a80_min_percent": 36.0, "r": 1.6});
+            scene["material"]["forming_limit"] = law;
+        }),
     ]
 }
 

@@ -269,14 +269,14 @@ fn plots_show_their_values_on_hover() {
     let Some(browser) = chromium() else { return skipping::skip(CHROMIUM) };
     let run = Run::new();
     let script = r##"
-        const svg = document.querySelector("#plot0 svg");
+        const svg = document.querySelector("#plot1 svg");
         const box = svg.getBoundingClientRect();
         const out = [];
         for (let k = 0; k < 40; k++) {
           for (let j = 0; j < 20; j++) {
             const [clientX, clientY] = [box.left + (box.width * (k + 0.5)) / 40, box.top + (box.height * (j + 0.5)) / 20];
             svg.dispatchEvent(new PointerEvent("pointermove", { clientX, clientY, bubbles: true }));
-            const label = document.querySelector("#plot0 .hover");
+            const label = document.querySelector("#plot1 .hover");
             if (label) out.push(label.textContent);
           }
         }

@@ -35,12 +35,12 @@ pub enum FormingLimit {
     /// Abspoel, Scholting and Droog (2013), for steels: four points from elongation after fracture, r value and
     /// thickness.
     AbspoelScholting {
-        /// Elongation after fracture A80, across the rolling direction [%], above 0 and at most 100.
+        /// Elongation after fracture A80, across the rolling direction [%], 1 to 100.
         a80_percent: f64,
-        /// Smallest A80 of all directions [%], at most `a80_percent`; default: `a80_percent`.
+        /// Smallest A80 of all directions [%], 1 to `a80_percent`; default: `a80_percent`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         a80_min_percent: Option<f64>,
-        /// Mean r value `(r0 + 2 r45 + r90) / 4`, above 0 and at most 5.
+        /// Mean r value `(r0 + 2 r45 + r90) / 4`, 0.1 to 5.
         r: f64,
     },
 }
@@ -69,6 +69,11 @@ pub struct LimitError {
 
 /// Largest strain of a measured curve: a curve in per cent is above it, curves of sheet metals are below 1.
 const STRAIN_MAX: f64 = 3.0;
+
+/// Smallest elongation after fracture of a sheet that is formed [%]; a ratio in place of per cent is below it.
+const A80_MIN_PERCENT: f64 = 1.0;
+/// Smallest mean r value; sheet metals have 0.3 to 3.
+const R_MIN: f64 = 0.1;
 
 impl FormingLimit {
     /// The curve for a sheet of initial `thickness` [mm]. `exponent`: strain-hardening exponent of the hardening law, if
@@ -100,17 +105,17 @@ impl FormingLimit {
             }
             Self::AbspoelScholting { a80_percent, a80_min_percent, r } => {
                 let elongation = *a80_percent;
-                let in_range = |a: f64, most: f64| a > 0.0 && a <= most;
                 need(
-                    in_range(elongation, 100.0),
+                    (A80_MIN_PERCENT..=100.0).contains(&elongation),
                     "a80_percent",
                     elongation,
-                    "above 0, at most 100",
+                    "1 to 100, in per cent",
                 )?;
                 let smallest = a80_min_percent.unwrap_or(elongation);
-                let allowed = "above 0, at most a80_percent";
-                need(in_range(smallest, elongation), "a80_min_percent", smallest, allowed)?;
-                need(in_range(*r, 5.0), "r", *r, "above 0, at most 5")?;
+                let allowed = "1 to a80_percent, in per cent";
+                let sound = (A80_MIN_PERCENT..=elongation).contains(&smallest);
+                need(sound, "a80_min_percent", smallest, allowed)?;
+                need((R_MIN..=5.0).contains(r), "r", *r, "0.1 to 5")?;
                 Ok(laws::abspoel_scholting(thickness, [elongation, smallest], *r))
             }
         }

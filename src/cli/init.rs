@@ -12,7 +12,7 @@ use super::exit::{EXIT_HELP, Exit, Failure};
 use super::output_clash::refuse_clashes;
 use super::quantity::length_mm;
 use super::read::{LostFaces, read_model};
-use super::terminal::out;
+use super::terminal::{err, out};
 use crate::cad::Model;
 use crate::contact::ToolSurface;
 use crate::convert::ConvertOptions;
@@ -224,6 +224,11 @@ fn relative(path: &Path, folder: &Path) -> String {
 fn print(layout: &Layout, scene: &Path, commands: &[String]) {
     for (name, below) in layout.sides() {
         out!("  {name}: {} the sheet", if below { "below" } else { "above" });
+    }
+    for name in layout.idle() {
+        err!(
+            "note: {name} has no drive and stands where it touches the sheet; give it one in the stages"
+        );
     }
     out!("  {}", scene.display());
     out!("next, after reading the comments in the scene:");

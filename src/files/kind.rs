@@ -99,10 +99,18 @@ impl FileKind {
     }
 }
 
-/// Whether a line has the letter of a start or global section in column 73. Records may stand without line ends.
+/// Whether a line has the letter of a start or global section in column 73. Records may stand without line ends. In text
+/// that begins as JSON a sequence number must follow the letter.
 fn has_iges_cards(head: &[u8]) -> bool {
-    let mut lines = head.split(|b| *b == b'\n');
-    head.get(72) == Some(&b'S') || lines.any(|line| matches!(line.get(72), Some(b'S' | b'G')))
+    let is_json = head.trim_ascii_start().starts_with(b"{");
+    let numbered = |line: &[u8]| {
+        let number = line.get(73..80).unwrap_or_default().trim_ascii();
+        !number.is_empty() && number.iter().all(u8::is_ascii_digit)
+    };
+    let is_card = |line: &[u8], letters: &[u8]| {
+        line.get(72).is_some_and(|c| letters.contains(c)) && (!is_json || numbered(line))
+    };
+    is_card(head, b"S") || head.split(|b| *b == b'\n').any(|line| is_card(line, b"SG"))
 }
 
 /// The kind that the value of the first key `format` names.
@@ -168,6 +176,9 @@ mod tests {
         assert_eq!(of("<!DOCTYPE html>"), Some(FileKind::Page));
         assert_eq!((of(""), of("{}"), of("solid ground")), (Some(FileKind::Empty), None, None));
         assert_eq!(of("{\"format\":\"other\"}"), None);
+        // A letter in column 73 makes no IGES file of a JSON text; a card does.
+        assert_eq!(of(&format!("{{\n{:72}S is a letter\n}}", "")), None);
+        assert_eq!(of(&format!("{:72}S      1\n", "{")), Some(FileKind::Iges));
         assert_eq!(FileKind::of(&[0x1f, 0x8b, 8]), Some(FileKind::Compressed));
         assert_eq!(FileKind::of(&[1, 2, 3]), Some(FileKind::Binary));
     }

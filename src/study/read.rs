@@ -65,29 +65,32 @@ fn read_table(path: &Path) -> Result<CaseTable, StudyError> {
 /// # Errors
 /// [`StudyError::Value`].
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Description, StudyError> {
-    let fault = |e: serde_json::Error, allowed: &str| StudyError::Value {
-        path: path.to_path_buf(),
-        place: format!("line {}, column {}", e.line(), e.column()),
-        found: e.to_string(),
-        allowed: allowed.into(),
+    let fault = |e: serde_json::Error, allowed: &str| {
+        let other = FileKind::other_than(FileKind::Study, bytes, path.to_path_buf());
+        other.map_or_else(
+            || StudyError::Value {
+                path: path.to_path_buf(),
+                place: format!("line {}, column {}", e.line(), e.column()),
+                found: e.to_string(),
+                allowed: allowed.into(),
+            },
+            StudyError::Kind,
+        )
     };
-    if let Some(other) = FileKind::other_than(FileKind::Study, bytes, path.to_path_buf()) {
-        return Err(StudyError::Kind(other));
-    }
-    let bytes = without_comments(bytes);
-    let value: Value = serde_json::from_slice(&bytes).map_err(|e| fault(e, "JSON"))?;
+    let text = without_comments(bytes);
+    let value: Value = serde_json::from_slice(&text).map_err(|e| fault(e, "JSON"))?;
     if value.get("format").and_then(Value::as_str) == Some("kanagata-stability") {
-        let study = serde_json::from_slice(&bytes)
+        let study = serde_json::from_slice(&text)
             .map_err(|e| fault(e, "the keys and values of schemas/stability.schema.json"))?;
         return Ok(Description::Stability(study));
     }
     if value.get("format").and_then(Value::as_str) == Some("kanagata-patches") {
-        let study = serde_json::from_slice(&bytes)
+        let study = serde_json::from_slice(&text)
             .map_err(|e| fault(e, "the keys and values of schemas/patches.schema.json"))?;
         patches::check(&study, path)?;
         return Ok(Description::Patches(study));
     }
-    let study = serde_json::from_slice(&bytes)
+    let study = serde_json::from_slice(&text)
         .map_err(|e| fault(e, "the keys and values of schemas/study.schema.json"))?;
     validate::check(&study, path)?;
     Ok(Description::Forming(study))

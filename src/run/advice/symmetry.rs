@@ -4,7 +4,7 @@ use rustc_hash::FxHashMap;
 
 use super::element_size::EVERYWHERE;
 use super::finding::Finding;
-use crate::contact::ToolSurface;
+use super::mirror::is_surface_symmetric;
 use crate::geometry::{Aabb, Vec3};
 use crate::report::doubt::DoubtCode;
 use crate::run::cost::{Cost, TIME_EXPONENT};
@@ -18,9 +18,6 @@ const SHEET_TOLERANCE_REL: f64 = 1e-6;
 const TOOL_TOLERANCE_REL: f64 = 1e-5;
 /// Tolerance of a tool's symmetry about a declared plane: meshed sides may differ by their shape error.
 const DECLARED_PLANE_TOLERANCE_REL: f64 = 1e-3;
-/// Largest number of patches whose image is computed.
-const SAMPLED_PATCHES_MAX: usize = 2000;
-
 /// A note for x and for y if the plane through the middle of the sheet is a symmetry plane of sheet, supports, loads and
 /// tools.
 pub(super) fn unused(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Finding> {
@@ -282,35 +279,12 @@ fn is_tool_symmetric(tool: &ToolSetup, axis: usize, at: f64, near: f64, part: &A
     is_surface_symmetric(surface, (axis, at - tool.offset[axis]), near, &over)
 }
 
-/// Whether the images of points of a surface at a plane normal to `axis` lie within `near` [mm] of it. Points for which
-/// `over` is false are not compared.
-pub(in crate::run) fn is_surface_symmetric(
-    surface: &ToolSurface,
-    (axis, at): (usize, f64),
-    near: f64,
-    over: &dyn Fn(&Vec3) -> bool,
-) -> bool {
-    let patches = &surface.model().patches;
-    let every = patches.len().div_ceil(SAMPLED_PATCHES_MAX).max(1);
-    let places = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.6, 0.3)];
-    patches.iter().step_by(every).all(|patch| {
-        places.iter().all(|&(eta, zeta)| {
-            let mut image = patch.derivs(eta, zeta).s;
-            if !over(&image) {
-                return true;
-            }
-            image[axis] = 2.0 * at - image[axis];
-            let foot = surface.closest(&image, None);
-            (foot.point - image).norm() <= near
-        })
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::contact::ToolSurface;
     use crate::contact::test_tools::plane;
     use crate::solver::sheet::hex_mesh::rectangle;
     use crate::solver::{Placement, SheetSide};

@@ -21,6 +21,7 @@ use super::springback::Springback;
 use super::strain_path::StrainPaths;
 use super::strains::of_sheet;
 use crate::files::{WriteError, remove_where, sweep};
+use crate::geometry::Vec3;
 use crate::report::doubt::Doubt;
 use crate::report::record::{
     Energies, ExcludedPatchesRecord, History, HistoryRow, IterationRow, RunRecord, Verdict,
@@ -187,12 +188,8 @@ impl RunFolder {
         self.record_holder_lift(report);
         let (mesh, now) = (report.body.mesh(), report.displacements);
         let formed = Formed::of(report.body, now);
-        self.record.thickness = fields::thickness(mesh, now);
         let positions = fields::positions(mesh, now);
-        self.record.check_sheet(report, &positions, &self.planes);
-        let necking = self.necking.update(report, &positions);
-        self.record.record_necking(necking);
-        self.record.strain = formed.record(report.body, &positions);
+        self.record_sheet(report, &formed, &positions);
         let strains = of_sheet(mesh, now);
         if !report.free {
             self.strain_paths.update(&strains);
@@ -202,11 +199,9 @@ impl RunFolder {
             let found = judged.record(report.increment, mesh, &positions, &self.strain_paths);
             self.record.formability = found;
         }
-        let stage_end = report.ends_stage();
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
-        let first = self.last_stage.is_none();
-        self.last_stage = Some(report.stage);
-        if first || due || stage_end {
+        let first = self.last_stage.replace(report.stage).is_none();
+        if first || due || report.ends_stage() {
             let name = format!("steps/{:06}.vtu", report.increment);
             let mut grid = fields::sheet(mesh, now, report.contact_forces, &formed);
             grid.cell_data.extend(judged.cell_data());
@@ -220,6 +215,15 @@ impl RunFolder {
         self.history.write(&self.path.join("history.csv"))?;
         write_iterations(&self.path.join("iterations.csv"), &self.iterations)?;
         self.record.write(&self.path.join("run.json"))
+    }
+
+    /// Records thickness, strains and faults of the sheet, with its nodes at `positions` [mm].
+    fn record_sheet(&mut self, report: &IncrementReport<'_>, formed: &Formed, positions: &[Vec3]) {
+        self.record.thickness = fields::thickness(report.body.mesh(), report.displacements);
+        self.record.check_sheet(report, positions, &self.planes);
+        let necking = self.necking.update(report, positions);
+        self.record.record_necking(necking);
+        self.record.strain = formed.record(report.body, positions);
     }
 
     /// Records nodes inside tools at the end of a stage.

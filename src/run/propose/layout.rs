@@ -50,6 +50,12 @@ impl Layout {
     pub fn sides(&self) -> impl Iterator<Item = (&str, bool)> {
         self.tools.iter().map(|tool| (tool.name.as_str(), tool.below))
     }
+
+    /// Names of the tools without a drive, besides the die.
+    pub fn idle(&self) -> impl Iterator<Item = &str> {
+        let idle = self.tools.iter().filter(|tool| tool.role == Role::Other);
+        idle.map(|tool| tool.name.as_str())
+    }
 }
 
 /// Proposes a scene for tools that move along z.
@@ -67,7 +73,7 @@ pub fn propose(tools: &[GivenTool], wishes: &Wishes) -> Result<Layout, ProposeEr
     let (die, punch, carrier) = (&tools[die], &tools[punch], &tools[carrier]);
     let is_die_below = below[of(Role::Die).unwrap_or(0)];
     let plane_strain = is_plane_strain(wishes.kind);
-    let mut cuts = cuts(tools);
+    let mut cuts = cuts(tools, wishes.thickness_mm);
     cuts.retain(|cut| !(plane_strain && cut.axis == 1));
     let travel = match closing_travel(die, punch, is_die_below, wishes.thickness_mm) {
         Some(travel) => (rounded(travel, 0.1), TravelFrom::Closing),

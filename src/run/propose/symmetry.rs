@@ -3,10 +3,13 @@
 use super::GivenTool;
 use super::roles::bounds;
 use crate::geometry::{Aabb, Vec3};
-use crate::run::advice::symmetry::is_surface_symmetric;
+use crate::run::advice::mirror::is_surface_symmetric;
 
 /// Tolerance of a symmetry over the size of the tools: sides that are meshed apart differ by their shape error.
 const TOLERANCE_REL: f64 = 1e-3;
+/// Tolerance of a symmetry over the thickness of the sheet: a bead on one side of a large die is no shape error. Doubled,
+/// beads of half the thickness are not seen.
+const TOLERANCE_THICKNESS_REL: f64 = 0.25;
 /// Patches above which not all are compared.
 const COMPARED_MAX: usize = 500;
 /// Angles from x to which points of a tool of revolution are turned [rad], within the first quadrant.
@@ -21,9 +24,9 @@ pub(super) struct Cut {
 }
 
 /// At most one plane normal to x and one normal to y: where all tools end at 0, or about which all are symmetric.
-pub(super) fn cuts(tools: &[GivenTool]) -> Vec<Cut> {
+pub(super) fn cuts(tools: &[GivenTool], thickness: f64) -> Vec<Cut> {
     let all = tools.iter().map(bounds).reduce(|a, b| a.union(&b)).unwrap_or(Aabb::EMPTY);
-    let near = TOLERANCE_REL * all.diagonal();
+    let near = (TOLERANCE_REL * all.diagonal()).min(TOLERANCE_THICKNESS_REL * thickness);
     (0..2).filter_map(|axis| cut(tools, &all, axis, near)).collect()
 }
 

@@ -135,6 +135,14 @@ impl Layout {
             TravelFrom::Template => "Give the travel of your punch.",
         };
         comment(out, 1, "_travel", from);
+        let idle: Vec<&str> = self.idle().collect();
+        if !idle.is_empty() {
+            let text = format!(
+                "Without a drive, standing where they touch the sheet: {}. Give each a drive.",
+                idle.join(", ")
+            );
+            comment(out, 1, "_idle", &text);
+        }
         out.push_str("  \"stages\": [\n");
         if let Some(force) = &force {
             let _ = writeln!(out, "    {{ \"name\": \"clamp\", \"drive\": {{ {force} }} }},");

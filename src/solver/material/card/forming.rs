@@ -6,7 +6,8 @@ use crate::solver::material::forming_limit::{Diagram, LimitCurve};
 /// Engineering strains between which ISO 10275 determines the strain-hardening exponent, if the sheet strains uniformly
 /// so far.
 const EXPONENT_STRAINS: [f64; 2] = [0.1, 0.2];
-/// Points of the regression for the exponent.
+/// Points of the regression for the exponent: half a per cent of strain apart. A power law has its exponent with any number
+/// of points.
 const EXPONENT_POINTS: usize = 21;
 
 impl MaterialCard {

@@ -4,6 +4,7 @@
 //! The flow, one line a module (an import always points down this list, never up):
 //!
 //! - [`cli`]: one file a subcommand of the two programs
+//! - [`prelude`]: the objects that other programs build on
 //! - [`study`]: one scene in many variants
 //! - [`run`]: a scene becomes a run folder
 //! - [`convert`]: CAD and mesh become a tool model; [`scene`]: what a run is
@@ -35,6 +36,7 @@ pub mod convert;
 pub mod files;
 pub mod geometry;
 pub mod mesh;
+pub mod prelude;
 pub mod report;
 pub mod run;
 pub mod scene;

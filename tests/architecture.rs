@@ -13,6 +13,7 @@ use imports::{Imports, Module};
 /// Floors from the top; modules on one floor do not see each other.
 const FLOORS: [&[&str]; 8] = [
     &["cli"],
+    &["prelude"],
     &["study"],
     &["run", "convert"],
     &["scene", "audit"],

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use kanagata::prelude::make_tools;
 use kanagata::scene::read::{parse, read};
 use kanagata::scene::types::{BlankShape, Scene};
 
@@ -36,23 +37,17 @@ fn init(folder: &Path, args: &[&str]) -> (Scene, String) {
     (scene(&folder.join("part/part.scene.json")), text(&done.stdout))
 }
 
-/// The printed commands, run one after the other.
-fn run_printed(folder: &Path, printed: &str) -> Vec<Option<i32>> {
-    let line = |line: &str| {
-        let words: Vec<String> = shlex::split(line.trim())?;
-        (words.first()?.starts_with("kanagata")).then_some(words)
-    };
-    let commands: Vec<Vec<String>> = printed.lines().filter_map(line).collect();
-    let run = |words: &Vec<String>| {
-        let args: Vec<&str> = words[1..].iter().map(String::as_str).collect();
-        if args[0] == "run" {
-            return None;
-        }
-        let done = call(&words[0], folder, &args);
-        assert!(done.status.code() != Some(2), "{words:?}: {}", text(&done.stderr));
-        Some(done.status.code())
-    };
-    commands.iter().filter_map(run).collect()
+/// Makes the tools of the scene, as the printed `kanagata run` does, and checks it. Returns the numbers of their patches.
+fn make_and_check(folder: &Path, printed: &str) -> Vec<usize> {
+    assert!(printed.contains("  kanagata run part/part.scene.json -o part/run"), "{printed}");
+    let path = folder.join("part/part.scene.json");
+    let made = make_tools(&path, &mut |_| ()).unwrap();
+    assert!(made.iter().all(|m| m.is_new && m.tool.doubts().is_empty()), "{made:?}");
+    let again = make_tools(&path, &mut |name| panic!("{name} is made again")).unwrap();
+    assert!(again.iter().all(|m| !m.is_new && m.tool.doubts().is_empty()), "{again:?}");
+    let done = call("kanagata-solve", folder, &["check", "part/part.scene.json"]);
+    assert_ne!(done.status.code(), Some(2), "{}", text(&done.stderr));
+    made.iter().map(|m| m.tool.patches()).collect()
 }
 
 /// Die, binder and punch of a square cup of 100 x 100 mm in one STEP file, drawn by 25 mm in the guide. The die has a
@@ -79,10 +74,7 @@ fn a_die_set_in_one_file_becomes_a_quarter_scene_whose_commands_work() {
         scene.stages.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(),
         ["clamp", "draw", "springback"]
     );
-    assert!(printed.contains("kanagata split"), "{printed}");
-    let codes = run_printed(folder.path(), &printed);
-    assert_eq!(codes.len(), 2, "{printed}");
-    assert_eq!(codes[0], Some(0));
+    assert_eq!(make_and_check(folder.path(), &printed).len(), 3);
     read(&folder.path().join("part/part.scene.json")).unwrap();
 }
 
@@ -98,8 +90,7 @@ fn quarter_tools_in_several_files_end_at_the_planes() {
         scene.tools.iter().map(|tool| (tool.name.as_str(), tool.direction[2])).collect();
     assert_eq!(tools, [("die", 1.0), ("holder", -1.0), ("punch", -1.0)]);
     assert_eq!(scene.symmetry.len(), 2);
-    let codes = run_printed(folder.path(), &printed);
-    assert_eq!(codes[..3], [Some(0); 3], "{printed}");
+    assert_eq!(make_and_check(folder.path(), &printed).len(), 3);
 }
 
 /// A die with an opening and a ball: tools of revolution, drawn from a disc.

@@ -33,6 +33,7 @@ mod sheets;
 pub mod step;
 mod topology;
 pub mod trim_region;
+pub mod usable;
 
 use std::path::Path;
 

@@ -7,7 +7,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use super::exit::{EXIT_HELP, finish};
 use super::threads::use_threads;
 use super::{
-    audit, convert, init, inspect, material, mesh, report, schema, shell, solve, stop, study,
+    audit, convert, init, inspect, material, mesh, report, run_scene, schema, shell, solve, stop,
+    study,
 };
 
 /// Turns the CAD of a forming die into smooth, audited tool models.
@@ -35,6 +36,8 @@ enum Command {
     Audit(audit::AuditArgs),
     /// Write a scene to start from, proposed from tools or CAD
     Init(init::InitArgs),
+    /// Make the tools of a scene from its CAD, check it, run it
+    Run(run_scene::RunSceneArgs),
     /// Run the cases of a study and compare them
     Study(study::StudyArgs),
     /// Write report.html of a case or another run that has ended, from its files
@@ -64,6 +67,7 @@ pub fn main() -> ExitCode {
         Command::Split(args) => convert::run_split(&args),
         Command::Audit(args) => audit::run(&args),
         Command::Init(args) => init::run(&args),
+        Command::Run(args) => run_scene::run(&args),
         Command::Study(args) => study::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Material(args) => material::run(&args),

@@ -120,6 +120,22 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
     Ok(exit(&check.findings, args.accept_doubts))
 }
 
+/// Prints the check of a scene before it is run.
+///
+/// # Errors
+/// As [`run`].
+pub(super) fn print(scene: &Path, set: &[SetValue]) -> Result<Exit, Failure> {
+    run(&CheckArgs {
+        scene: scene.into(),
+        set: set.to_vec(),
+        json: false,
+        measure: false,
+        whole: false,
+        accept_doubts: true,
+        auto: false,
+    })
+}
+
 /// Mean pressures of the blank holders.
 fn pressures<'a>(plan: &'a Plan, setup: &SimulationSetup) -> Vec<Pressure<'a>> {
     let share = plan.symmetry_factor();

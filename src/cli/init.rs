@@ -1,7 +1,6 @@
 //! `kanagata init`: a scene to start from, proposed from tool files or CAD.
 
 use std::collections::BTreeSet;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -21,9 +20,10 @@ use crate::convert::unfolded::{UnfoldedError, mesh_and_convert};
 use crate::files::{FileKind, Input, write_atomic};
 use crate::mesh::mapped::MappedOptions;
 use crate::run::propose::{GivenTool, Layout, PartKind, Wishes, propose, template};
+use crate::scene::types::ToolCad;
 use crate::tool::selection::FaceSelection;
 
-/// Tolerance of tool models over the thickness of the sheet, in the commands that are printed.
+/// Tolerance of tool models over the thickness of the sheet.
 const TOLERANCE_REL: f64 = 0.01;
 
 /// Kinds of parts.
@@ -56,8 +56,8 @@ impl From<Kind> for PartKind {
     kanagata init --tools die.tool.json holder.tool.json punch.tool.json -o part.scene.json\n  \
     kanagata init --kind u-draw -o u.scene.json\n\n\
     The tools move along z. Proposed from their surfaces: directions, roles, symmetry planes, blank, elements, and\n\
-    the travel at which they close on the sheet. Comments in the scene say what to check. For CAD files the commands\n\
-    that make the tool files are printed.\n\n{EXIT_HELP}"))]
+    the travel at which they close on the sheet. Comments in the scene say what to check. Tools from CAD files\n\
+    name them, and `kanagata run` converts them.\n\n{EXIT_HELP}"))]
 pub struct InitArgs {
     /// Tool files, or IGES or STEP files with one tool in each body
     #[arg(long, num_args = 1.., value_name = "FILE", required_unless_present = "kind")]
@@ -98,9 +98,9 @@ pub fn run(args: &InitArgs) -> Result<Exit, Failure> {
         material: args.material.clone(),
         kind: args.kind.map(PartKind::from),
     };
-    let (layout, commands) = match wishes.kind {
-        Some(kind) if args.tools.is_empty() => (template(kind, &wishes), Vec::new()),
-        _ => of_tools(args, &wishes)?,
+    let layout = match wishes.kind {
+        Some(kind) if args.tools.is_empty() => template(kind, &wishes),
+        _ => propose(&given(args)?, &wishes).map_err(Failure::input)?,
     };
     let text = layout.text();
     crate::scene::read::parse(text.as_bytes(), &args.output)?;
@@ -110,7 +110,7 @@ pub fn run(args: &InitArgs) -> Result<Exit, Failure> {
         })?;
     }
     write_atomic(&args.output, |w| w.write_all(text.as_bytes()))?;
-    print(&layout, &args.output, &commands);
+    print(&layout, &args.output);
     Ok(Exit::Done)
 }
 
@@ -121,29 +121,35 @@ fn name_of(path: &Path) -> String {
     stem.strip_suffix(".scene").unwrap_or(stem).to_owned()
 }
 
-/// The scene for the given tools, and the commands that make tool files of CAD.
-fn of_tools(args: &InitArgs, wishes: &Wishes) -> Result<(Layout, Vec<String>), Failure> {
-    let (mut tools, mut sources) = (Vec::new(), Vec::new());
+/// The tools that are given: tool files, and the bodies of CAD files.
+fn given(args: &InitArgs) -> Result<Vec<GivenTool>, Failure> {
+    let mut tools = Vec::new();
+    let folder = args.output.parent().unwrap_or(Path::new(""));
     for path in &args.tools {
+        let file = relative(path, folder);
         if is_cad(path)? {
-            let bodies = bodies(path)?;
-            sources.push((path, tools.len()..tools.len() + bodies.len()));
-            tools.extend(bodies);
+            let cad = ToolCad {
+                file,
+                tol_mm: TOLERANCE_REL * args.thickness,
+                select: None,
+                offset_mm: None,
+                sheet_surface: None,
+                flip: false,
+            };
+            tools.extend(bodies(path, &cad)?);
         } else {
             let loaded = crate::tool::file::read(path)?;
             let name = name_of(path);
             tools.push(GivenTool {
                 name: plain(name.strip_suffix(".tool").unwrap_or(&name)),
-                file: relative(path, args.output.parent().unwrap_or(Path::new(""))),
+                file,
+                cad: None,
                 surface: Arc::new(ToolSurface::new(loaded.model)),
                 has_side: true,
             });
         }
     }
-    let layout = propose(&tools, wishes).map_err(Failure::input)?;
-    let command = |(path, own): (&PathBuf, Range<usize>)| command(args, &layout, path, &tools[own]);
-    let commands = sources.into_iter().map(command).collect();
-    Ok((layout, commands))
+    Ok(tools)
 }
 
 /// Whether a file is IGES or STEP, by its content.
@@ -154,24 +160,30 @@ fn is_cad(path: &Path) -> Result<bool, Failure> {
 }
 
 /// The bodies of a CAD file as coarse tools.
-fn bodies(path: &Path) -> Result<Vec<GivenTool>, Failure> {
+fn bodies(path: &Path, cad: &ToolCad) -> Result<Vec<GivenTool>, Failure> {
     let model = read_model(path, LostFaces::Skip)?;
     let numbers: BTreeSet<usize> = model.faces.iter().map(|f| f.attributes.body).collect();
     let mut named = named_bodies(&model, numbers);
     if let [(_, name)] = &mut named[..] {
         *name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     }
+    let is_alone = named.len() == 1;
     let tool = |(number, name): (usize, String)| {
         let surface = Arc::new(ToolSurface::new(body_of(&model, number)?));
-        let file = format!("{name}.tool.json");
-        Ok(GivenTool { name: plain(&name), file, surface, has_side: false })
+        let select = (!is_alone).then(|| body(number));
+        let (cad, file) = (ToolCad { select, ..cad.clone() }, format!("{name}.tool.json"));
+        Ok(GivenTool { name: plain(&name), file, cad: Some(cad), surface, has_side: false })
     };
     named.into_iter().map(tool).collect()
 }
 
+/// The choice of a body.
+fn body(number: usize) -> FaceSelection {
+    FaceSelection { bodies: vec![(number + 1).to_string()], ..FaceSelection::default() }
+}
+
 fn body_of(model: &Model, number: usize) -> Result<crate::tool::ToolModel, Failure> {
-    let selection = FaceSelection { bodies: vec![(number + 1).to_string()], ..Default::default() };
-    let chosen = choose(model, &selection).map_err(Failure::input)?;
+    let chosen = choose(model, &body(number)).map_err(Failure::input)?;
     let options = ConvertOptions { straighten: true, ..ConvertOptions::default() };
     let made = mesh_and_convert(&chosen.model, &MappedOptions::default(), &options);
     made.map(|(tool, _)| tool).map_err(|error| match error {
@@ -185,24 +197,6 @@ fn plain(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '-' | '_') { c } else { '-' };
     let clean: String = name.chars().take(64).map(plain).collect();
     if clean.is_empty() { "tool".into() } else { clean }
-}
-
-/// The command that makes the tool files of a CAD file beside the scene.
-fn command(args: &InitArgs, layout: &Layout, path: &Path, tools: &[GivenTool]) -> String {
-    let tolerance = TOLERANCE_REL * args.thickness;
-    let folder = args.output.parent().filter(|f| !f.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    let (file, scene) = (path.display(), args.output.display());
-    let [tool] = tools else {
-        let folder = folder.display();
-        return format!("kanagata split {file} -o {folder} --tol {tolerance}mm --reach {scene}");
-    };
-    let is_below = layout.sides().find(|(name, _)| *name == tool.name).is_some_and(|(_, b)| b);
-    format!(
-        "kanagata convert {file} -o {} --sheet-side={} --tol {tolerance}mm --reach {scene}",
-        folder.join(&tool.file).display(),
-        if is_below { "+z" } else { "-z" }
-    )
 }
 
 /// A path as seen from a folder, with `/` between its parts.
@@ -221,7 +215,7 @@ fn relative(path: &Path, folder: &Path) -> String {
     parts.collect::<Vec<_>>().join("/")
 }
 
-fn print(layout: &Layout, scene: &Path, commands: &[String]) {
+fn print(layout: &Layout, scene: &Path) {
     for (name, below) in layout.sides() {
         out!("  {name}: {} the sheet", if below { "below" } else { "above" });
     }
@@ -232,7 +226,5 @@ fn print(layout: &Layout, scene: &Path, commands: &[String]) {
     }
     out!("  {}", scene.display());
     out!("next, after reading the comments in the scene:");
-    commands.iter().for_each(|command| out!("  {command}"));
-    out!("  kanagata-solve check {}", scene.display());
-    out!("  kanagata-solve run {} -o {}", scene.display(), scene.with_file_name("run").display());
+    out!("  kanagata run {} -o {}", scene.display(), scene.with_file_name("run").display());
 }

@@ -253,7 +253,6 @@ const SHEAR_FRACTIONS: [f64; 4] = [0.0, 0.4, 0.7, 0.9];
 fn locus(function: &YieldFunction, fraction: f64) -> Series {
     let unit = std::f64::consts::SQRT_2;
     let strength = function.equivalent(&[0.0, 0.0, 0.0, unit, 0.0, 0.0]).recip();
-    let shear_component = unit * fraction * strength;
     let name = match fraction {
         0.0 => "no shear".into(),
         _ => format!("shear {:.3}, {:.0} % of its strength", fraction * strength, 100.0 * fraction),
@@ -261,14 +260,9 @@ fn locus(function: &YieldFunction, fraction: f64) -> Series {
     let mut series = Series { name, x: Vec::new(), y: Vec::new() };
     for k in 0..=360 {
         let (s, c) = f64::from(k).to_radians().sin_cos();
-        let (mut low, mut high) = (0.0, 20.0);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            let t = [middle * c, middle * s, 0.0, shear_component, 0.0, 0.0];
-            if function.equivalent(&t) < 1.0 { low = middle } else { high = middle }
-        }
-        series.x.push(low * c);
-        series.y.push(low * s);
+        let radius = function.locus_radius([c, s], fraction);
+        series.x.push(radius * c);
+        series.y.push(radius * s);
     }
     series
 }

@@ -19,6 +19,7 @@ mod read;
 mod remedy;
 pub mod report;
 pub mod run;
+mod run_scene;
 pub mod run_summary;
 mod schema;
 mod select;

@@ -4,8 +4,7 @@ use std::path::Path;
 
 use super::exit::Failure;
 use super::terminal::err;
-use crate::cad::raw::LostFace;
-use crate::cad::{Diagnostic, Model, Severity};
+use crate::cad::{Diagnostic, Model, Severity, usable};
 
 /// Treatment of lost faces, which cannot be read or have no area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,72 +22,17 @@ pub(super) fn read_model(path: &Path, lost: LostFaces) -> Result<Model, Failure>
     for d in diagnostics.iter().filter(|d| d.code == "face-creased") {
         err!("note: {} {}: {}", d.code, d.place, d.text);
     }
-    refuse_guessed_units(path, &diagnostics)?;
-    refuse_unjoined(path, &diagnostics)?;
+    let skips = lost == LostFaces::Skip;
+    usable::check(&model, &diagnostics, skips).map_err(|e| Failure::of_file(path, e))?;
     if !model.lost.is_empty() {
         let (count, all) = (model.lost.len(), model.lost.len() + model.faces.len());
-        let message = format!(
-            "{}: {count} of {all} faces are lost: {}",
+        err!(
+            "warning: {}: {count} of {all} faces are lost: {}; the result lacks them",
             path.display(),
-            list_of(&model.lost)
+            usable::list_of(&model.lost)
         );
-        if lost == LostFaces::Refuse {
-            return Err(Failure::input(format!(
-                "{message}; allowed: none; repair them in the CAD and export again, or continue without them with --skip-bad-faces"
-            )));
-        }
-        err!("warning: {message}; the result lacks them");
-    }
-    if model.faces.is_empty() {
-        let kinds: Vec<String> = model.entities.iter().map(|(k, n)| format!("{n} x {k}")).collect();
-        return Err(Failure::input(format!(
-            "{}: no faces (entities: {}); allowed: at least one surface; export the die as surfaces or as a solid",
-            path.display(),
-            if kinds.is_empty() { "none".into() } else { kinds.join(", ") }
-        )));
     }
     Ok(model)
-}
-
-/// The first lost faces with their reasons.
-fn list_of(lost: &[LostFace]) -> String {
-    const LISTED_MAX: usize = 10;
-    let one = |f: &LostFace| format!("{} ({})", f.source, f.reason);
-    let more = if lost.len() > LISTED_MAX {
-        format!(", and {} more", lost.len() - LISTED_MAX)
-    } else {
-        String::new()
-    };
-    lost.iter().take(LISTED_MAX).map(one).collect::<Vec<_>>().join(", ") + &more
-}
-
-/// Refuses files with hundreds of overlapping faces. They are not tools, and later steps would compare all with all.
-fn refuse_unjoined(path: &Path, diagnostics: &[Diagnostic]) -> Result<(), Failure> {
-    let Some(found) = diagnostics.iter().find(|d| d.code == "faces-overlap") else {
-        return Ok(());
-    };
-    Err(Failure::input(format!(
-        "{}: {}; allowed: faces that meet in edges; remove the duplicates in the CAD and export it again (`kanagata inspect --health` names them)",
-        path.display(),
-        found.text
-    )))
-}
-
-/// Refuses files with an unknown unit: the size of the tool would be a guess.
-fn refuse_guessed_units(path: &Path, diagnostics: &[Diagnostic]) -> Result<(), Failure> {
-    let guessed = diagnostics
-        .iter()
-        .find(|d| matches!(d.code, "unit-unknown" | "unit-conflict" | "unit-missing"));
-    match guessed {
-        Some(d) => Err(Failure::input(format!(
-            "{}, {}: {}; allowed: one unit that flag and name agree on; the size of the tool would be a guess: \
-             correct the unit in the file (IGES: fields 14 and 15 of the global section) and convert again",
-            path.display(),
-            if d.place.is_empty() { "global section" } else { &d.place },
-            d.text
-        ))),
-        None => Ok(()),
-    }
 }
 
 fn warn(diagnostics: &[Diagnostic]) {

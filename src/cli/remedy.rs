@@ -6,6 +6,7 @@ use std::path::Path;
 
 use crate::audit::AuditError;
 use crate::cad::offset::OffsetError;
+use crate::cad::usable::Unusable;
 use crate::convert::ConvertError;
 use crate::convert::bezier::BezierError;
 use crate::convert::reach::ReachError;
@@ -49,6 +50,7 @@ fn of_one(error: &(dyn Error + 'static)) -> Option<String> {
             .or_else(of_tolerance)
             .or_else(of_bezier)
             .or_else(of_reach)
+            .or_else(|| error.downcast_ref().and_then(of_unusable))
     };
     let of_tool = || {
         let of_audit = || error.downcast_ref().and_then(of_audit);
@@ -74,6 +76,14 @@ fn of_one(error: &(dyn Error + 'static)) -> Option<String> {
 
 fn of_select(_: &SelectError) -> String {
     "`kanagata inspect FILE --tree` lists bodies, layers and colours with the numbers of their faces".into()
+}
+
+fn of_unusable(error: &Unusable) -> Option<String> {
+    match error {
+        Unusable::Overlap { .. } => Some("`kanagata inspect --health` names the faces".into()),
+        Unusable::LostFaces { .. } => Some("--skip-bad-faces to continue without them".into()),
+        _ => None,
+    }
 }
 
 fn of_offset(error: &OffsetError) -> Option<String> {

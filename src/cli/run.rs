@@ -1,6 +1,6 @@
 //! `kanagata-solve run SCENE -o DIR`: runs a scene with progress on the terminal.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -69,6 +69,28 @@ pub struct RunArgs {
     /// One line of JSON per increment instead of the bar, and run.json in one line at the end
     #[arg(long, conflicts_with = "quiet")]
     json: bool,
+}
+
+impl RunArgs {
+    /// The scene file.
+    pub(super) fn scene(&self) -> &Path {
+        &self.scene
+    }
+
+    /// Values of the scene that are set.
+    pub(super) fn set(&self) -> &[SetValue] {
+        &self.set
+    }
+
+    /// Whether doubts leave the exit code at 0.
+    pub(super) fn accepts_doubts(&self) -> bool {
+        self.accept_doubts
+    }
+
+    /// Whether standard output is for nothing, or for JSON only.
+    pub(super) fn is_quiet(&self) -> bool {
+        self.quiet || self.json
+    }
 }
 
 /// When `report.html` is written.

@@ -10,6 +10,7 @@ mod error;
 mod normals;
 pub mod offset;
 mod options;
+pub mod origin;
 pub mod own;
 pub mod part;
 pub mod reach;

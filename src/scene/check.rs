@@ -96,6 +96,7 @@ fn check_tool(scene: &Scene, k: usize) -> Result<(), Fault> {
     let points = length > 0.0 && length.is_finite();
     let direction = format!("{:?}", tool.direction);
     need(points, at("direction"), direction, "a vector that is not zero")?;
+    tool.cad.as_ref().map_or(Ok(()), |cad| cad.check(&at("cad")))?;
     let mu = tool.friction.unwrap_or(0.0);
     need((0.0..10.0).contains(&mu), at("friction"), mu.to_string(), "0 to 10")?;
     let stop = tool.stop_mm.unwrap_or(0.0);

@@ -22,6 +22,7 @@ mod rolling;
 pub mod set_value;
 pub mod setup;
 mod symmetry_faces;
+mod tool_cad;
 pub mod types;
 
 pub use error::SceneError;

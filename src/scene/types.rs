@@ -6,6 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 pub use super::course::Course;
 pub use super::drive::{Drive, Spring};
+pub use super::tool_cad::{SheetSurface, ToolCad};
 use crate::report::record::Quality;
 use crate::solver::element::ElementKind;
 use crate::solver::limits::{ContactMethod, Limits};
@@ -266,6 +267,9 @@ pub struct Tool {
     pub name: String,
     /// Tool file, relative to the scene.
     pub file: String,
+    /// CAD from which the tool file is made where it is missing or was made otherwise (`kanagata run`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cad: Option<ToolCad>,
     /// Positive direction of its travel and of its force on the sheet; need not be a unit vector.
     pub direction: [f64; 3],
     /// Coulomb friction coefficient with the sheet, 0 to 10. If it is not given, 0 is used and a doubt is raised.

@@ -147,6 +147,8 @@ pub struct LoadedTool {
     pub straight_edges: Vec<StraightEdge>,
     /// Origin of the file.
     pub provenance: Provenance,
+    /// Rule of its edges.
+    pub edges: EdgeRule,
     /// SHA-256 of the tool file itself.
     pub sha256: String,
 }
@@ -185,12 +187,12 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<LoadedTool, ToolFileError> {
         let kind = format!("{:?}", file.kind).to_lowercase();
         return Err(ToolFileError::Empty { path: path.to_path_buf(), kind });
     }
-    let provenance = file.provenance.clone();
+    let (provenance, edges) = (file.provenance.clone(), file.edges);
     let (model, straight_edges) = file
         .into_model()
         .map_err(|cause| ToolFileError::Content { path: path.to_path_buf(), cause })?;
     let sha256 = crate::files::sha256_hex(bytes);
-    Ok(LoadedTool { model, straight_edges, provenance, sha256 })
+    Ok(LoadedTool { model, straight_edges, provenance, edges, sha256 })
 }
 
 impl ToolFile {

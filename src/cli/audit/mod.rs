@@ -20,8 +20,8 @@ use crate::audit::{
     Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, doubts, map, page, view,
 };
 use crate::cad::Model;
-use crate::cad::offset::{OffsetError, offset_model_again};
 use crate::cad::raw::LostFace;
+use crate::convert::origin::moved;
 use crate::convert::select::{Chosen, ChosenReference, SelectError, choose};
 use crate::files::{sha256_hex, write_atomic};
 use crate::report::doubt::Doubt;
@@ -107,8 +107,7 @@ fn audited(
     let is_same = loaded.provenance.cad_sha256 == cad_sha256;
     let chosen =
         chosen(&loaded.provenance, model, is_same).map_err(|e| Failure::of_file(tool, e))?;
-    let chosen =
-        offset(&loaded.provenance, model, chosen).map_err(|e| Failure::of_file(tool, e))?;
+    let chosen = moved(&loaded.provenance, model, chosen).map_err(|e| Failure::of_file(tool, e))?;
     let part = chosen.as_ref().map(ChosenReference::new);
     if !is_same {
         err!(
@@ -169,20 +168,6 @@ fn chosen(
         }
         found => found.map(Some),
     }
-}
-
-/// The faces from which a tool was made, moved by the offset that its file records.
-fn offset(
-    provenance: &Provenance,
-    model: &Model,
-    chosen: Option<Chosen>,
-) -> Result<Option<Chosen>, OffsetError> {
-    let Some(distance) = provenance.offset_mm else { return Ok(chosen) };
-    let kept = || (0..model.faces.len()).collect();
-    let (own, kept) = chosen.map_or_else(|| (None, kept()), |c| (Some(c.model), c.kept));
-    let moved = offset_model_again(own.as_ref().unwrap_or(model), distance)
-        .map_err(|e| e.renumbered(|f| kept[f]))?;
-    Ok(Some(Chosen { model: moved, kept }))
 }
 
 /// Faces that the tool file lists as skipped and that are not in `known`.

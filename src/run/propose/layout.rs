@@ -6,6 +6,7 @@ use super::symmetry::{Cut, are_of_revolution, cuts};
 use super::travel::{closing_travel, height};
 use super::{GivenTool, PartKind, Wishes};
 use crate::geometry::Aabb;
+use crate::scene::types::ToolCad;
 
 /// Pressure of the holder on the blank outside the punch [MPa]: usual for mild steel; aluminium takes half of it.
 const HOLDER_PRESSURE_MPA: f64 = 2.0;
@@ -15,6 +16,7 @@ const HOLDER_PRESSURE_MPA: f64 = 2.0;
 pub(super) struct PlacedTool {
     pub(super) name: String,
     pub(super) file: String,
+    pub(super) cad: Option<ToolCad>,
     pub(super) below: bool,
     pub(super) role: Role,
 }
@@ -86,6 +88,7 @@ pub fn propose(tools: &[GivenTool], wishes: &Wishes) -> Result<Layout, ProposeEr
     let placed = tools.iter().zip(&below).zip(&roles).map(|((tool, &below), &role)| PlacedTool {
         name: tool.name.clone(),
         file: tool.file.clone(),
+        cad: tool.cad.clone(),
         below,
         role: if std::ptr::eq(tool, punch) { Role::Punch } else { role },
     });
@@ -176,6 +179,7 @@ pub fn template(kind: PartKind, wishes: &Wishes) -> Layout {
     let tool = |name: &str, below: bool, role: Role| PlacedTool {
         name: name.into(),
         file: format!("{name}.tool.json"),
+        cad: None,
         below,
         role,
     };

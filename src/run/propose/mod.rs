@@ -22,6 +22,7 @@ mod travel;
 use std::sync::Arc;
 
 use crate::contact::ToolSurface;
+use crate::scene::types::ToolCad;
 
 pub use layout::{Layout, propose, template};
 pub use roles::ProposeError;
@@ -33,6 +34,8 @@ pub struct GivenTool {
     pub name: String,
     /// Tool file, relative to the scene.
     pub file: String,
+    /// CAD from which the tool file is made.
+    pub cad: Option<ToolCad>,
     /// Its surface.
     pub surface: Arc<ToolSurface>,
     /// Whether its normals are known to look at the sheet, as in tool files. Those of CAD may look either way.

@@ -99,9 +99,20 @@ impl Layout {
             "`direction` points from the tool to the sheet. Each tool is moved along it until it touches the sheet. `friction` is that of lubricated steel: give your own.",
         );
         out.push_str("  \"tools\": [\n");
+        if self.tools.iter().any(|tool| tool.cad.is_some()) {
+            comment(
+                out,
+                1,
+                "_cad",
+                "`cad` is the CAD from which `kanagata run` makes the tool file, within the shape error `tol_mm`.",
+            );
+        }
         let line = |tool: &PlacedTool| {
+            // Serialisation of texts and numbers does not fail.
+            let cad = tool.cad.as_ref().map(|cad| serde_json::to_string(cad).unwrap_or_default());
+            let cad = cad.map_or_else(String::new, |cad| format!(",\n      \"cad\": {cad}"));
             format!(
-                "    {{ \"name\": {}, \"file\": {}, \"direction\": [0, 0, {}], \"friction\": {FRICTION} }}",
+                "    {{ \"name\": {}, \"file\": {}, \"direction\": [0, 0, {}], \"friction\": {FRICTION}{cad} }}",
                 quoted(&tool.name),
                 quoted(&tool.file),
                 if tool.below { 1 } else { -1 }

@@ -64,7 +64,7 @@ mod tests {
 
     fn tool(name: &str, model: crate::tool::ToolModel) -> GivenTool {
         let surface = Arc::new(ToolSurface::new(model));
-        GivenTool { name: name.into(), file: String::new(), surface, has_side: true }
+        GivenTool { name: name.into(), file: String::new(), cad: None, surface, has_side: true }
     }
 
     /// A ball of radius 9 in a bowl of radius 10 closes on a sheet of 1 mm after 10 mm, where their centres meet: the

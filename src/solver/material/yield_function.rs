@@ -82,6 +82,21 @@ impl YieldFunction {
         self.equivalent(&[1.0, 1.0, 0.0, 0.0, 0.0, 0.0]).recip()
     }
 
+    /// Distance from the origin to the yield locus in plane stress, along the unit vector (rolling, transverse), over the
+    /// yield stress along the rolling direction. `shear`: fraction below 1 of the shear yield stress that acts as well.
+    #[must_use]
+    pub fn locus_radius(&self, [c, s]: [f64; 2], shear: f64) -> f64 {
+        let unit = std::f64::consts::SQRT_2;
+        let shear = shear * unit / self.equivalent(&[0.0, 0.0, 0.0, unit, 0.0, 0.0]);
+        let (mut low, mut high) = (0.0, 20.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            let t = [middle * c, middle * s, 0.0, shear, 0.0, 0.0];
+            if self.equivalent(&t) < 1.0 { low = middle } else { high = middle }
+        }
+        low
+    }
+
     /// Transverse over rolling plastic strain in balanced biaxial tension.
     #[must_use]
     pub fn biaxial_r_value(&self) -> f64 {

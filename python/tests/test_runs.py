@@ -1,0 +1,114 @@
+"""Scenes and runs, inside the process and as a process."""
+
+import _thread
+import json
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import kanagata
+
+
+@pytest.fixture(scope="module")
+def run(strip, tmp_path_factory):
+    told = []
+    scene = kanagata.Scene(strip, set={"output.vtu_every": 10})
+    run = scene.run(tmp_path_factory.mktemp("strip") / "run", on_increment=told.append)
+    run.told = told
+    return run
+
+
+def test_a_scene_is_read_checked_and_changed(strip):
+    scene = kanagata.Scene(strip, set={"tools.die.friction": 0.05, "name": "changed"})
+    assert scene.name == "changed" and scene.tools == ["die", "holder", "punch"]
+    assert scene.values["tools"][0]["friction"] == 0.05
+    check = scene.check()
+    assert check.errors == [] and check.cost["memory_mb"] > 0
+    with pytest.raises(kanagata.InputError, match="friction"):
+        kanagata.Scene(strip, set={"tools.die.friction": -1})
+    with pytest.raises(OSError):
+        kanagata.Scene(strip.with_name("none.scene.json"))
+
+
+def test_a_scene_written_from_values_is_the_same(strip, tmp_path, root):
+    values = kanagata.Scene(strip).values
+    for tool in values["tools"]:
+        tool["file"] = str(root / "examples/strip" / tool["file"])
+    again = kanagata.Scene.write(values, tmp_path / "again.scene.json")
+    assert again.values == values
+
+
+def test_the_history_is_that_of_the_file_and_of_the_observer(run):
+    pandas = pytest.importorskip("pandas")
+    file = pandas.read_csv(run.folder / "history.csv")
+    assert list(file.columns) == list(run.history.columns)
+    assert np.array_equal(file["punch_force_n"], run.arrays()["punch_force_n"])
+    told = [p for p in run.told if p["increment"] > 0]
+    assert [p["force_n"]["punch"] for p in told] == list(file["punch_force_n"])
+    assert told[-1]["done"] == pytest.approx(1.0) and told[-1]["stage"] == "springback"
+
+
+def test_record_metrics_and_steps_are_those_of_the_folder(run):
+    assert run.record == json.loads((run.folder / "run.json").read_text())
+    assert run.metrics["verdict"] == run.verdict
+    assert run.metrics["force_max_n.punch"] == pytest.approx(run.arrays()["punch_force_n"].max())
+    times = [time for time, _ in run.steps]
+    assert times == sorted(times) and times[-1] == pytest.approx(3.0)
+    assert all(file.is_file() for _, file in run.steps)
+    assert kanagata.Run(run.folder).record == run.record
+
+
+def test_a_step_is_a_mesh(run):
+    pytest.importorskip("pyvista")
+    mesh = run.mesh()
+    assert mesh.n_cells == 56 and np.isfinite(mesh.points).all()
+
+
+def test_threads_and_a_process_of_its_own_give_the_same_bits(run, strip, tmp_path):
+    expected = (run.folder / "history.csv").read_bytes()
+    scene = kanagata.Scene(strip, set={"output.vtu_every": 10})
+    assert (scene.run(tmp_path / "one", threads=1).folder / "history.csv").read_bytes() == expected
+    told = []
+    own = scene.run(tmp_path / "own", process=True, on_increment=told.append)
+    assert (own.folder / "history.csv").read_bytes() == expected
+    assert [p["force_n"] for p in told] == [p["force_n"] for p in run.told if p["increment"] > 0]
+
+
+@pytest.mark.parametrize("process", [False, True])
+def test_an_exception_of_the_observer_stops_the_run_which_continues(run, strip, tmp_path, process):
+    scene = kanagata.Scene(strip, set={"output.vtu_every": 10})
+
+    def stop(progress):
+        if progress["increment"] == 5:
+            raise LookupError("enough")
+
+    with pytest.raises(LookupError, match="enough"):
+        scene.run(tmp_path / "run", on_increment=stop, process=process)
+    assert kanagata.Run(tmp_path / "run").verdict == "stopped"
+    with pytest.raises(kanagata.InputError, match="restart"):
+        scene.run(tmp_path / "run")
+    again = scene.run(tmp_path / "run", restart=True)
+    assert (again.folder / "history.csv").read_bytes() == (run.folder / "history.csv").read_bytes()
+
+
+def test_an_interrupt_stops_the_run_with_a_checkpoint(strip, tmp_path):
+    # Fine enough to last longer than the interrupt takes.
+    scene = kanagata.Scene(strip, set={"blank.shape.rectangle.elements": [2000, 2]})
+    timer = threading.Timer(1.0, _thread.interrupt_main)
+    timer.start()
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        scene.run(tmp_path / "run")
+    assert time.monotonic() - begin < 60.0
+    timer.join()
+
+
+def test_a_run_without_convergence_raises_and_keeps_its_files(strip, tmp_path):
+    scene = kanagata.Scene(strip, set={"solver.increments": 3})
+    for process in (False, True):
+        folder = tmp_path / f"run-{process}"
+        with pytest.raises(kanagata.ConvergenceError, match="increments"):
+            scene.run(folder, process=process)
+        assert len(kanagata.Run(folder).arrays()["increment"]) == 3

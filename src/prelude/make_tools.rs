@@ -1,0 +1,106 @@
+//! Tool files of a scene, made from the CAD that it names.
+
+use std::path::Path;
+
+use super::cad::Cad;
+use super::convert::ConvertSettings;
+use super::error::{Error, ErrorKind};
+use super::make::converted;
+use super::tool::Tool;
+use crate::convert::offset::{OffsetRequest, SheetReference};
+use crate::convert::reach::Zone;
+use crate::scene::types::{SheetSurface, Tool as SceneTool, ToolCad};
+use crate::tool::file::Provenance;
+
+/// A tool of a scene that has CAD.
+#[derive(Debug)]
+pub struct MadeTool {
+    /// Name in the scene.
+    pub name: String,
+    /// The tool.
+    pub tool: Tool,
+    /// Whether the file was made; false: it was there already, made from the same CAD in the same way.
+    pub is_new: bool,
+}
+
+/// Makes the tool files of a scene whose tools have `cad`, of the faces that the sheet can touch.
+///
+/// A file that was made from the same CAD with the same settings by this version of the program is kept, unless it has missed
+/// its tolerance. `note` is called
+/// with the name of a tool before it is made.
+///
+/// # Errors
+/// [`ErrorKind::Io`] for files that cannot be read or written; [`ErrorKind::Input`] for a scene or CAD that is not what is
+/// allowed.
+pub fn make_tools(
+    scene: impl AsRef<Path>,
+    note: &mut dyn FnMut(&str),
+) -> Result<Vec<MadeTool>, Error> {
+    let path = scene.as_ref();
+    let (scene, _) = crate::scene::read::scene_of(path)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let scene_name = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut made = Vec::new();
+    for tool in &scene.tools {
+        let Some(given) = &tool.cad else { continue };
+        let cad = Cad::read(folder.join(&given.file))?;
+        let settings = settings_of(tool, given, scene.blank.thickness_mm)?;
+        let zone = Zone::of_scene(&scene, folder, &tool.file, &tool.name)?;
+        let source = cad.source(&settings, Some((&zone, &scene_name)))?;
+        let provenance = cad.provenance(&settings, &source);
+        let file = folder.join(&tool.file);
+        let is_within =
+            |tool: &Tool| tool.shape_error_mm().is_some_and(|error| error <= given.tol_mm);
+        let earlier = Tool::read(&file).ok().filter(is_within);
+        let earlier = earlier.filter(|tool| is_same(tool.provenance(), &provenance));
+        let is_new = earlier.is_none();
+        let result = match earlier {
+            Some(tool) => tool.with_doubts(source.doubts()),
+            None => {
+                note(&tool.name);
+                let new = converted(&source, &settings, provenance).map_err(|e| cad.named(e))?;
+                new.write(&file)?;
+                new
+            }
+        };
+        made.push(MadeTool { name: tool.name.clone(), tool: result, is_new });
+    }
+    Ok(made)
+}
+
+/// Whether a file was made in the same way; its shape error is a result.
+fn is_same(file: &Provenance, wanted: &Provenance) -> bool {
+    Provenance { shape_error_mm: None, ..file.clone() } == *wanted
+}
+
+fn settings_of(tool: &SceneTool, cad: &ToolCad, thickness: f64) -> Result<ConvertSettings, Error> {
+    let offset = match (cad.offset_mm, cad.sheet_surface) {
+        (Some(distance), _) => Some(OffsetRequest::Towards(distance)),
+        (None, Some(_)) if thickness <= 0.0 => {
+            return Err(Error::new(
+                ErrorKind::Input,
+                format!(
+                    "tool `{}`: `sheet_surface` without `blank.thickness_mm`; give the thickness",
+                    tool.name
+                ),
+            ));
+        }
+        (None, Some(surface)) => Some(OffsetRequest::Sheet {
+            thickness,
+            reference: match surface {
+                SheetSurface::Lower => SheetReference::Lower,
+                SheetSurface::Middle => SheetReference::Middle,
+                SheetSurface::Upper => SheetReference::Upper,
+            },
+        }),
+        (None, None) => None,
+    };
+    Ok(ConvertSettings {
+        name: tool.name.clone(),
+        sheet_side: Some(tool.direction),
+        flip: cad.flip,
+        faces: cad.select.clone(),
+        offset,
+        ..ConvertSettings::within(cad.tol_mm)
+    })
+}

@@ -1,0 +1,66 @@
+//! The CAD of a tool, from which its file is made.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::error::Fault;
+use crate::tool::selection::FaceSelection;
+
+/// CAD of a tool, from which `kanagata run` makes the tool file. The solver alone does not read it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ToolCad {
+    /// IGES or STEP file, relative to the scene.
+    pub file: String,
+    /// Largest shape error (Eq. 24) [mm], > 0. The tool has the fewest patches found within it.
+    #[serde(default = "tolerance")]
+    pub tol_mm: f64,
+    /// Faces of the file that make the tool. Default: all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub select: Option<FaceSelection>,
+    /// Offset of the surface towards the sheet [mm]; negative: away from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset_mm: Option<f64>,
+    /// The CAD is this surface of the sheet, not of the tool. The tool is offset by the thickness of the blank, or half of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sheet_surface: Option<SheetSurface>,
+    /// Reverses the normals after they are turned towards the sheet, against the direction of the tool.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub flip: bool,
+}
+
+/// Surface of the sheet that a CAD file describes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum SheetSurface {
+    /// The lower surface, which a tool below the sheet touches.
+    Lower,
+    /// The middle surface.
+    Middle,
+    /// The upper surface, which a tool above the sheet touches.
+    Upper,
+}
+
+/// Default of the shape error [mm]: a hundredth of a sheet of 1 mm, below what gauges of dies resolve.
+fn tolerance() -> f64 {
+    0.01
+}
+
+impl ToolCad {
+    /// Checks the values; `place` is the path of the key.
+    pub(super) fn check(&self, place: &str) -> Result<(), Fault> {
+        let fault = |key: &str, found: f64, allowed: &str| {
+            Err((format!("{place}.{key}"), found.to_string(), allowed.to_owned()))
+        };
+        if !(self.tol_mm > 0.0 && self.tol_mm.is_finite()) {
+            return fault("tol_mm", self.tol_mm, "a length above 0");
+        }
+        match self.offset_mm {
+            Some(d) if !d.is_finite() => fault("offset_mm", d, "a finite length"),
+            Some(d) if self.sheet_surface.is_some() => {
+                fault("offset_mm", d, "`offset_mm` or `sheet_surface`, not both")
+            }
+            _ => Ok(()),
+        }
+    }
+}

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use imports::{Imports, Module};
 
 /// Floors from the top; modules on one floor do not see each other.
-const FLOORS: [&[&str]; 8] = [
+const FLOORS: [&[&str]; 9] = [
     &["cli"],
     &["prelude"],
     &["study"],

@@ -19,7 +19,7 @@ const ENDLESS: Duration = Duration::from_secs(120);
 
 /// Keys of which zero, an empty text, minus one or another kind of the same are sound: a run takes them as they are. Numbers beyond
 /// any use (1e300) are sound nowhere.
-const LEGITIMATE: [&str; 62] = [
+const LEGITIMATE: [&str; 68] = [
     "/blank/element/solid-shell",
     "/blank/element/solid-shell/membrane",
     "/blank/rolling_direction_deg",
@@ -78,6 +78,12 @@ const LEGITIMATE: [&str; 62] = [
     "/solver/contact/penalty",
     "/solver/contact/augmented",
     "/quality",
+    "/tools/0/cad/bodies",
+    "/tools/0/cad/faces",
+    "/tools/0/cad/layers",
+    "/tools/0/cad/colours",
+    "/tools/0/cad/offset_mm",
+    "/tools/0/cad/flip",
     "/quality/flc_margin",
     "/quality/max_thickening",
     "/quality/min_thickness_mm",
@@ -172,6 +178,13 @@ fn bases(folder: &Path) -> Vec<Value> {
         }),
         with(&|scene| {
             scene["material"]["forming_limit"] = json!({"law": "keeler-brazier", "n": 0.2});
+        }),
+        with(&|scene| {
+            scene["tools"][0]["cad"] = json!({"file": "die.igs", "tol_mm": 0.01, "bodies": ["1"],
+                "faces": ["!3-9"], "layers": ["tool*"], "colours": ["red"], "offset_mm": 0.8, "flip": true});
+        }),
+        with(&|scene| {
+            scene["tools"][0]["cad"] = json!({"file": "die.igs", "sheet_surface": "upper"});
         }),
         with(&|scene| {
             let law = json!({"law": "abspoel-scholting", "a80_percent": 38.0,

@@ -27,7 +27,18 @@ from ._kanagata import (
 from .programs import program
 from .results import Run
 from .scenes import Check, Progress, Scene, run
-from .tools import Closest, audit, closest, convert, material, mesh_of, read_cad, read_tool
+from .tools import (
+    Closest,
+    MadeTool,
+    audit,
+    closest,
+    convert,
+    make_tools,
+    material,
+    mesh_of,
+    read_cad,
+    read_tool,
+)
 
 __all__ = [
     "Audit",
@@ -37,6 +48,7 @@ __all__ = [
     "ConvergenceError",
     "InputError",
     "KanagataError",
+    "MadeTool",
     "Material",
     "Progress",
     "Run",
@@ -47,6 +59,7 @@ __all__ = [
     "audit",
     "closest",
     "convert",
+    "make_tools",
     "material",
     "materials",
     "mesh_of",

@@ -186,5 +186,8 @@ class RunRecord:
     def metrics(self) -> str: ...
     def steps(self) -> list[tuple[float, str]]: ...
 
+def make_tools(path: str | os.PathLike[str]) -> list[tuple[str, Tool, bool]]:
+    """Makes the tool files of a scene whose tools have ``cad``."""
+
 def materials() -> list[str]:
     """Names of the cards in the package."""

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from . import _kanagata
 from ._kanagata import Audit, Cad, Material, Tool
 
 
@@ -43,6 +44,22 @@ def convert(cad: Cad | str | os.PathLike[str], output: str | os.PathLike[str] | 
     if output is not None:
         made.write(output)
     return made
+
+
+class MadeTool(NamedTuple):
+    """A tool of a scene that has CAD."""
+
+    name: str
+    """Name in the scene."""
+    tool: Tool
+    """The tool."""
+    is_new: bool
+    """The file was made; otherwise it was there, made from the same CAD in the same way."""
+
+
+def make_tools(scene: str | os.PathLike[str]) -> list[MadeTool]:
+    """Makes the tool files of a scene whose tools have ``cad``, of the faces that the sheet can touch."""
+    return [MadeTool(*made) for made in _kanagata.make_tools(scene)]
 
 
 def audit(

@@ -21,7 +21,7 @@ mod _kanagata {
     #[pymodule_export]
     use super::run::RunRecord;
     #[pymodule_export]
-    use super::scene::Scene;
+    use super::scene::{Scene, make_tools};
     #[pymodule_export]
     use super::tool::{Audit, Tool};
     use super::*;

@@ -10,6 +10,17 @@ use pyo3::types::PyDict;
 
 use crate::errors::{InputError, KanagataError, raised};
 use crate::run::RunRecord;
+use crate::tool::Tool;
+
+/// Name of a tool, the tool, and whether its file was made.
+type MadeTool = (String, Tool, bool);
+
+/// Makes the tool files of a scene whose tools have `cad`.
+#[pyfunction]
+pub fn make_tools(py: Python<'_>, path: PathBuf) -> PyResult<Vec<MadeTool>> {
+    let made = py.detach(|| kanagata::prelude::make_tools(path, &mut |_| ())).map_err(raised)?;
+    Ok(made.into_iter().map(|m| (m.name, Tool { inner: m.tool }, m.is_new)).collect())
+}
 
 /// A scene file with its tools and material, ready to run.
 #[pyclass(frozen, module = "kanagata._kanagata")]

@@ -40,6 +40,18 @@ def test_a_scene_written_from_values_is_the_same(strip, tmp_path, root):
     assert again.values == values
 
 
+def test_tools_are_made_from_the_cad_of_a_scene_once(root, tmp_path):
+    scene = json.loads((root / "fixtures/dome/dome.scene.json").read_text())
+    for tool, name in zip(scene["tools"], ("round_die_144.igs", "hemi_punch_144.igs")):
+        tool["cad"] = {"file": str(root / "fixtures/forming" / name), "tol_mm": 0.05}
+    (tmp_path / "dome.scene.json").write_text(json.dumps(scene))
+    made = kanagata.make_tools(tmp_path / "dome.scene.json")
+    assert [m.name for m in made] == ["die", "punch"] and all(m.is_new for m in made)
+    assert all(m.tool.shape_error_mm <= 0.05 for m in made)
+    assert not any(m.is_new for m in kanagata.make_tools(tmp_path / "dome.scene.json"))
+    assert kanagata.Scene(tmp_path / "dome.scene.json").tools == ["die", "punch"]
+
+
 def test_the_history_is_that_of_the_file_and_of_the_observer(run):
     pandas = pytest.importorskip("pandas")
     file = pandas.read_csv(run.folder / "history.csv")

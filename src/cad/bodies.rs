@@ -8,24 +8,29 @@ use super::attributes::{Body, BodyKind, Name};
 use super::model::Model;
 use crate::geometry::sets::DisjointSets;
 
+/// Number of the connected part of each face. Faces are connected across edges of two uses whose bodies `join`.
+fn connected_parts(model: &Model, join: impl Fn(usize, usize) -> bool) -> Vec<usize> {
+    let mut sets = DisjointSets::new(model.faces.len());
+    let body_of = |f: usize| model.faces[f].attributes.body;
+    for edge in &model.edges {
+        let [[first, ..], [other, ..]] = edge.uses[..] else { continue };
+        if join(body_of(first), body_of(other)) {
+            sets.join(first, other);
+        }
+    }
+    sets.numbered().0
+}
+
 /// Numbers the bodies in the order of their first faces. Faces of no solid or shell are one body where they are
 /// connected across edges of two uses, and so are shells of one face: writers of surfaces make a shell of every face.
 /// Bodies without a face are dropped.
 pub(super) fn number_bodies(model: &mut Model) {
     name_faces_of_lone_shells(model);
-    let mut sets = DisjointSets::new(model.faces.len());
     let lone = lone_shells(model);
     let is_lone = |body: usize| lone.get(body).copied().unwrap_or(false);
     let loose = |body: usize| model.bodies.get(body).is_none_or(|b| b.kind == BodyKind::Faces);
     let body_of = |f: usize| model.faces[f].attributes.body;
-    for edge in &model.edges {
-        let [[first, ..], [other, ..]] = edge.uses[..] else { continue };
-        let (a, b) = (body_of(first), body_of(other));
-        if a == b && loose(a) || is_lone(a) && is_lone(b) {
-            sets.join(first, other);
-        }
-    }
-    let (part_of, _) = sets.numbered();
+    let part_of = connected_parts(model, |a, b| a == b && loose(a) || is_lone(a) && is_lone(b));
     let mut numbers = FxHashMap::default();
     let mut bodies: Vec<Body> = Vec::new();
     let mut chosen = Vec::with_capacity(model.faces.len());

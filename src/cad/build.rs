@@ -48,6 +48,20 @@ pub enum Creases {
     Cut,
 }
 
+/// A model with the data of the file, before its faces are built.
+fn without_faces(raw: &mut RawModel, name: &str, join_tolerance: f64) -> Model {
+    Model {
+        name: name.to_owned(),
+        unit: std::mem::take(&mut raw.unit),
+        unit_mm: raw.unit_mm,
+        entities: std::mem::take(&mut raw.entities),
+        bodies: std::mem::take(&mut raw.bodies),
+        lost: std::mem::take(&mut raw.lost),
+        join_tolerance,
+        ..Model::default()
+    }
+}
+
 /// As [`build`], with a choice of the treatment of creases inside faces.
 #[must_use]
 pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Vec<Diagnostic>) {
@@ -56,16 +70,7 @@ pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Ve
     let size = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b)).diagonal();
     let tolerance =
         (2.0 * raw.resolution_mm).clamp(JOIN_TOLERANCE_REL * size, JOIN_TOLERANCE_MAX_REL * size);
-    let mut model = Model {
-        name: name.to_owned(),
-        unit: raw.unit,
-        unit_mm: raw.unit_mm,
-        entities: raw.entities,
-        bodies: raw.bodies,
-        lost: raw.lost,
-        join_tolerance: tolerance,
-        ..Model::default()
-    };
+    let mut model = without_faces(&mut raw, name, tolerance);
     let mut pieces = Vec::new();
     let parts: Vec<Option<Restricted>> =
         raw.faces.par_iter().map(|f| restricted(f, tolerance)).collect();

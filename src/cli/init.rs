@@ -131,7 +131,10 @@ fn given(args: &InitArgs) -> Result<Vec<GivenTool>, Failure> {
             let cad = ToolCad {
                 file,
                 tol_mm: TOLERANCE_REL * args.thickness,
-                select: None,
+                bodies: Vec::new(),
+                faces: Vec::new(),
+                layers: Vec::new(),
+                colours: Vec::new(),
                 offset_mm: None,
                 sheet_surface: None,
                 flip: false,
@@ -170,20 +173,16 @@ fn bodies(path: &Path, cad: &ToolCad) -> Result<Vec<GivenTool>, Failure> {
     let is_alone = named.len() == 1;
     let tool = |(number, name): (usize, String)| {
         let surface = Arc::new(ToolSurface::new(body_of(&model, number)?));
-        let select = (!is_alone).then(|| body(number));
-        let (cad, file) = (ToolCad { select, ..cad.clone() }, format!("{name}.tool.json"));
+        let bodies = if is_alone { Vec::new() } else { vec![(number + 1).to_string()] };
+        let (cad, file) = (ToolCad { bodies, ..cad.clone() }, format!("{name}.tool.json"));
         Ok(GivenTool { name: plain(&name), file, cad: Some(cad), surface, has_side: false })
     };
     named.into_iter().map(tool).collect()
 }
 
-/// The choice of a body.
-fn body(number: usize) -> FaceSelection {
-    FaceSelection { bodies: vec![(number + 1).to_string()], ..FaceSelection::default() }
-}
-
 fn body_of(model: &Model, number: usize) -> Result<crate::tool::ToolModel, Failure> {
-    let chosen = choose(model, &body(number)).map_err(Failure::input)?;
+    let selection = FaceSelection { bodies: vec![(number + 1).to_string()], ..Default::default() };
+    let chosen = choose(model, &selection).map_err(Failure::input)?;
     let options = ConvertOptions { straighten: true, ..ConvertOptions::default() };
     let made = mesh_and_convert(&chosen.model, &MappedOptions::default(), &options);
     made.map(|(tool, _)| tool).map_err(|error| match error {

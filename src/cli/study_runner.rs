@@ -119,12 +119,7 @@ impl RunnerArgs {
         again: bool,
     ) -> Result<Box<dyn Runner>, Failure> {
         let study = study.canonicalize().map_err(io(study))?;
-        let program = match &self.program {
-            Some(program) => program.clone(),
-            None => std::env::current_exe()
-                .map_err(io(Path::new("this program")))?
-                .with_file_name(format!("kanagata-solve{}", std::env::consts::EXE_SUFFIX)),
-        };
+        let program = self.program.clone().map_or_else(solver, Ok)?;
         if self.runner == RunnerKind::Slurm {
             let options = self.sbatch_options(file)?;
             return Ok(Box::new(Slurm::new(slurm::Setup { study, program, options, again })));
@@ -177,6 +172,12 @@ impl RunnerArgs {
 }
 
 /// The failure for a text of which `why` is wrong as an option of sbatch.
+/// The solver beside this program.
+fn solver() -> Result<PathBuf, Failure> {
+    let own = std::env::current_exe().map_err(io(Path::new("this program")))?;
+    Ok(own.with_file_name(format!("kanagata-solve{}", std::env::consts::EXE_SUFFIX)))
+}
+
 fn refused(text: &str) -> impl FnOnce(String) -> Failure {
     move |why| {
         Failure::input(format!(

@@ -120,7 +120,7 @@ impl Cad {
             cad_sha256: self.sha256.clone(),
             cad_unit: self.model.unit.clone(),
             mesher: settings.describe() + &source.words,
-            selection: settings.faces.clone(),
+            selection: source.selection(settings),
             offset_mm: source.offset.as_ref().map(|report| report.distance_mm),
             faces_lost: self.model.lost.iter().map(|f| f.source.clone()).collect(),
             program: concat!("kanagata ", env!("CARGO_PKG_VERSION")).into(),

@@ -8,7 +8,7 @@ use super::tool::Tool;
 use crate::cad::Model;
 use crate::cad::offset::{OffsetReport, offset_model};
 use crate::convert::bezier::{BezierOptions, FINEST, within_tolerance};
-use crate::convert::offset::{doubts as offset_doubts, signed_distance};
+use crate::convert::offset::{OffsetRequest, doubts as offset_doubts, signed_distance};
 use crate::convert::reach::{Zone, within_reach};
 use crate::convert::select::choose;
 use crate::convert::tolerance::{Goal, Refined, ToleranceError, to_patches, to_tolerance_in_time};
@@ -19,6 +19,7 @@ use crate::mesh::mapped::{self, MappedOptions};
 use crate::report::doubt::Doubt;
 use crate::tool::edge::EdgeRule;
 use crate::tool::file::Provenance;
+use crate::tool::selection::FaceSelection;
 use crate::tool::{ToolKind, ToolModel};
 
 /// Shape error of Bezier patches where none is asked for [mm].
@@ -38,8 +39,8 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// Chooses and offsets the faces of `whole`; with `reach` (the region of the sheet, and its scene) those that the sheet
-    /// cannot touch are left out.
+    /// Chooses and offsets the faces of `whole`. With `reach` (the region of the sheet, and its scene) those that the sheet
+    /// cannot touch are left out before, as an offset is not defined at the sharp edges of a block's sides.
     pub(super) fn new(
         whole: &Model,
         settings: &ConvertSettings,
@@ -47,43 +48,63 @@ impl Source {
     ) -> Result<Self, Error> {
         let side = settings.sheet_side.map(Vec3::from);
         let chosen = settings.faces.as_ref().map(|faces| choose(whole, faces)).transpose()?;
-        let (mut model, kept) =
-            chosen.map_or_else(|| (whole.clone(), vec![]), |c| (c.model, c.kept));
-        let mut offset = None;
-        if let Some(request) = settings.offset {
-            let distance = signed_distance(&model, request, side, settings.flip)?;
-            if distance != 0.0 {
-                let number = |f: usize| kept.get(f).copied().unwrap_or(f);
-                let moved = offset_model(&model, distance, settings.smooth_deg);
-                let moved = moved.map_err(|e| e.renumbered(number))?;
-                (model, offset) = (moved.model, Some(moved.report));
+        let (model, kept) = chosen.map_or_else(|| (whole.clone(), vec![]), |c| (c.model, c.kept));
+        let flip = settings.flip;
+        let mut source = Self { model, kept, offset: None, side, flip, words: String::new() };
+        let Some((zone, scene)) = reach else {
+            let request = settings.offset;
+            let signed = |request| signed_distance(&source.model, request, side, flip);
+            let distance = request.map(signed).transpose()?;
+            source.offset(distance, settings.smooth_deg)?;
+            return Ok(source);
+        };
+        let turned = source.keep_within(zone, scene)?;
+        let signed = |request| match request {
+            // The normals look at the sheet before they are flipped.
+            OffsetRequest::Towards(distance) => {
+                Ok(if turned ^ flip { -distance } else { distance })
             }
+            sheet => signed_distance(&source.model, sheet, None, turned),
+        };
+        let distance = settings.offset.map(signed).transpose()?;
+        source.offset(distance, settings.smooth_deg)?;
+        Ok(Self { side: None, flip: turned, ..source })
+    }
+
+    /// Offsets the faces along their normals, unless the distance is zero.
+    fn offset(&mut self, distance: Option<f64>, smooth_deg: f64) -> Result<(), Error> {
+        let Some(distance) = distance.filter(|distance| *distance != 0.0) else { return Ok(()) };
+        let number = |f: usize| self.kept.get(f).copied().unwrap_or(f);
+        let moved = offset_model(&self.model, distance, smooth_deg);
+        let moved = moved.map_err(|e| e.renumbered(number))?;
+        (self.model, self.offset) = (moved.model, Some(moved.report));
+        Ok(())
+    }
+
+    /// Leaves out the faces that the sheet cannot touch. Returns whether the others must be reversed to look at it.
+    fn keep_within(&mut self, zone: &Zone, scene: &str) -> Result<bool, Error> {
+        let all = self.model.faces.len();
+        let reached = within_reach(&self.model, zone, self.side, self.flip)?;
+        let number = |f: &usize| self.kept.get(*f).copied().unwrap_or(*f);
+        self.words = Provenance::reach(scene, reached.kept.len(), all);
+        self.kept = reached.kept.iter().map(number).collect();
+        self.model = reached.model;
+        Ok(reached.turned)
+    }
+
+    /// The choice of faces, for the provenance: an audit repeats it and the offset. The offset of the faces within reach is
+    /// that of these faces alone.
+    pub(super) fn selection(&self, settings: &ConvertSettings) -> Option<FaceSelection> {
+        if self.offset.is_none() || self.words.is_empty() {
+            return settings.faces.clone();
         }
-        let all = Self { model, kept, offset, side, flip: settings.flip, words: String::new() };
-        match reach {
-            Some((zone, scene)) => all.within(zone, scene),
-            None => Ok(all),
-        }
+        let faces = self.kept.iter().map(usize::to_string).collect();
+        Some(FaceSelection { faces, ..FaceSelection::default() })
     }
 
     /// Doubts about the offset.
     pub(super) fn doubts(&self) -> Vec<Doubt> {
         self.offset.iter().flat_map(offset_doubts).collect()
-    }
-
-    /// The faces that the sheet can touch.
-    fn within(self, zone: &Zone, scene: &str) -> Result<Self, Error> {
-        let all = self.model.faces.len();
-        let reached = within_reach(&self.model, zone, self.side, self.flip)?;
-        let number = |f: &usize| self.kept.get(*f).copied().unwrap_or(*f);
-        Ok(Self {
-            words: Provenance::reach(scene, reached.kept.len(), all),
-            kept: reached.kept.iter().map(number).collect(),
-            model: reached.model,
-            side: None,
-            flip: reached.turned,
-            offset: self.offset,
-        })
     }
 }
 

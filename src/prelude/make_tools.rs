@@ -99,7 +99,7 @@ fn settings_of(tool: &SceneTool, cad: &ToolCad, thickness: f64) -> Result<Conver
         name: tool.name.clone(),
         sheet_side: Some(tool.direction),
         flip: cad.flip,
-        faces: cad.select.clone(),
+        faces: cad.selection(),
         offset,
         ..ConvertSettings::within(cad.tol_mm)
     })

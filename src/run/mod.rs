@@ -332,9 +332,8 @@ impl Run<'_> {
             folder.record_failure(simulation)?;
         }
         let verdict = verdict_of(&outcome);
-        let more = failed.map_or(String::new(), |(_, begins)| {
-            failure_details(&folder.record, simulation, begins)
-        });
+        let details = |(_, begins)| failure_details(&folder.record, simulation, begins);
+        let more = failed.map_or_else(String::new, details);
         let message = outcome.as_ref().err().map(|cause| format!("{cause}{more}"));
         folder.finish(verdict, message, self.start)?;
         if verdict.is_complete() {

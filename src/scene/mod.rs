@@ -1,6 +1,6 @@
 //! Scenes: blank, material, tools, stages, output. They are read, checked and completed with defaults.
 //!
-//! [`types`] is the file format: unknown keys are errors, and every key is required or has a default. [`mod@read`] reads
+//! Scenes are JSON or TOML. [`types`] is the file format: unknown keys are errors, and every key is required or has a default. [`mod@read`] reads
 //! and checks a file, loads tools and material, and returns a [`Plan`]. [`setup`] turns a plan into the input of the
 //! solver.
 
@@ -22,6 +22,7 @@ mod rolling;
 pub mod set_value;
 pub mod setup;
 mod symmetry_faces;
+mod toml_text;
 mod tool_cad;
 pub mod types;
 

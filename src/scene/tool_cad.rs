@@ -15,10 +15,21 @@ pub struct ToolCad {
     /// Largest shape error (Eq. 24) [mm], > 0. The tool has the fewest patches found within it.
     #[serde(default = "tolerance")]
     pub tol_mm: f64,
-    /// Faces of the file that make the tool. Default: all.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub select: Option<FaceSelection>,
-    /// Offset of the surface towards the sheet [mm]; negative: away from it.
+    /// Bodies of the file that make the tool: numbers from 1, or names with `*` and `?`. Default: all. An item that begins
+    /// with `!` excludes, here and below; faces that all given lists choose are taken.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<String>,
+    /// Faces: numbers from 0, ranges as `3-9`, entities as `#120` or `D25`, or names with `*` and `?`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faces: Vec<String>,
+    /// Layers and groups, by names with `*` and `?`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<String>,
+    /// Colours: `#rrggbb`, a name such as `red`, or `none`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub colours: Vec<String>,
+    /// Offset of the surface [mm] along its normals that look at the sheet, before `flip`: the thickness and `flip` make the
+    /// punch of a die.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offset_mm: Option<f64>,
     /// The CAD is this surface of the sheet, not of the tool. The tool is offset by the thickness of the blank, or half of it.
@@ -47,11 +58,30 @@ fn tolerance() -> f64 {
 }
 
 impl ToolCad {
+    /// The choice of faces; `None` for all.
+    #[must_use]
+    pub fn selection(&self) -> Option<FaceSelection> {
+        let Self { bodies, faces, layers, colours, .. } = self.clone();
+        let selection =
+            FaceSelection { bodies, faces, layers, colours, ..FaceSelection::default() };
+        (selection != FaceSelection::default()).then_some(selection)
+    }
+
     /// Checks the values; `place` is the path of the key.
     pub(super) fn check(&self, place: &str) -> Result<(), Fault> {
         let fault = |key: &str, found: f64, allowed: &str| {
             Err((format!("{place}.{key}"), found.to_string(), allowed.to_owned()))
         };
+        let lists = [&self.bodies, &self.faces, &self.layers, &self.colours];
+        let names = ["bodies", "faces", "layers", "colours"];
+        let items =
+            names.iter().zip(lists).flat_map(|(name, list)| list.iter().map(move |s| (*name, s)));
+        for (key, text) in std::iter::once(("file", &self.file)).chain(items) {
+            if text.is_empty() || text.chars().any(char::is_control) {
+                let allowed = "a text without control characters".to_owned();
+                return Err((format!("{place}.{key}"), format!("{text:?}"), allowed));
+            }
+        }
         if !(self.tol_mm > 0.0 && self.tol_mm.is_finite()) {
             return fault("tol_mm", self.tol_mm, "a length above 0");
         }

@@ -83,8 +83,7 @@ pub fn run_case(
     {
         return Err(CaseError::LeaderNotDone { folder: folder.into(), leader: leader.clone() });
     }
-    let scene = folder.join(SCENE);
-    let plan = read_with(&scene, &[])?;
+    let plan = read_with(&folder.join(SCENE), &[])?;
     let inputs = inputs_of(&plan);
     if let Some(what) = case.difference(BUILD, &without_history(&plan, &case, &inputs)) {
         return Err(CaseError::Differs { folder: folder.into(), what });
@@ -99,17 +98,27 @@ pub fn run_case(
         Proof::None | Proof::NotConverged(_) | Proof::Other(_) => false,
     };
     outcome::forget(folder);
-    let output = folder.join("run");
+    solve(&plan, folder, restart, options, watch)
+}
+
+/// Runs or continues a case; one that was stopped before its first checkpoint, or whose checkpoint is damaged, begins again.
+fn solve(
+    plan: &Plan,
+    folder: &Path,
+    restart: bool,
+    options: RunOptions<'_>,
+    watch: &mut dyn FnMut(&Progress<'_>),
+) -> Result<CaseEnd, CaseError> {
+    let (scene, output) = (folder.join(SCENE), folder.join("run"));
     let options = RunOptions { restart: false, overwrite: true, keep_complete: true, ..options };
     if restart {
         let resumed = RunOptions { restart: true, overwrite: false, ..options.clone() };
-        match crate::run::run(&plan, &scene, &output, &resumed, watch) {
-            // It was stopped before its first checkpoint, or that is damaged.
+        match crate::run::run(plan, &scene, &output, &resumed, watch) {
             Err(RunError::Checkpoint(_)) => {}
             ended => return case_end(ended),
         }
     }
-    case_end(crate::run::run(&plan, &scene, &output, &options, watch))
+    case_end(crate::run::run(plan, &scene, &output, &options, watch))
 }
 
 /// A run that another process has completed since the proof was read is as good as an own one.

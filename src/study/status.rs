@@ -87,15 +87,25 @@ fn case_status(study: &Path, name: String, submission: &Submission) -> CaseStatu
         status.host = holder.process.as_ref().and_then(lock::host_name).map(str::to_owned);
         return status;
     }
-    let outcome = outcome::read(&folder);
-    let proved = case.proof(&folder);
-    (status.state, status.reason) = match proved {
+    (status.state, status.reason) = ended_state(&case, &folder, submission);
+    status
+}
+
+/// State of a case that no process works on, and the reason.
+fn ended_state(
+    case: &CaseFile,
+    folder: &Path,
+    submission: &Submission,
+) -> (CaseState, Option<String>) {
+    let submitted = submission.ticket.is_some();
+    let outcome = outcome::read(folder);
+    match case.proof(folder) {
         Proof::Done => (CaseState::Done, None),
         Proof::Other(what) => (CaseState::Stale, Some(what)),
         Proof::NotConverged(message) if !submitted => {
             (CaseState::Failed, outcome.map(|o| o.message).or(message))
         }
-        _ if submitted => (status.state, None),
+        _ if submitted => (CaseState::Submitted, None),
         _ if submission.last_failure.is_some() => {
             (CaseState::Failed, submission.last_failure.clone())
         }
@@ -105,6 +115,5 @@ fn case_status(study: &Path, name: String, submission: &Submission) -> CaseStatu
             }
             outcome => (CaseState::Waiting, outcome.map(|outcome| outcome.message)),
         },
-    };
-    status
+    }
 }

@@ -81,12 +81,9 @@ impl Reader<'_, '_> {
         let Task { entity, map, depth, .. } = task;
         let kind = self.file.entry(entity).kind;
         if depth > 2 * POINTER_DEPTH_MAX {
-            return Err(self.file.fault(
-                entity,
-                "instance-depth",
-                "subfigures or groups are cyclic or too deeply nested",
-                format!("at most {} levels", 2 * POINTER_DEPTH_MAX),
-            ));
+            let found = "subfigures or groups are cyclic or too deeply nested";
+            let allowed = format!("at most {} levels", 2 * POINTER_DEPTH_MAX);
+            return Err(self.file.fault(entity, "instance-depth", found, allowed));
         }
         match kind {
             144 => found.push_loose(self, &task, self.trimmed_surface(entity, &map)?)?,
@@ -172,30 +169,35 @@ impl Reader<'_, '_> {
         self.raw_face(entity, basis, Vec::new(), &[], true, super::reader::mirrors(map)).map(Some)
     }
 
+    /// The shells of a solid (186), a shell (514) or a face (510).
+    fn shells_of(
+        &self,
+        entity: usize,
+        map: Affine,
+        found: &mut Found,
+    ) -> Result<Vec<ShellFaces>, Fault> {
+        if self.file.entry(entity).kind == 510 {
+            return Ok(vec![(None, map, vec![(entity, true)])]);
+        }
+        let placed = self.placed(entity, &map)?;
+        if self.file.entry(entity).kind == 514 {
+            return Ok(vec![(Some(found.next_shell()), placed, self.shell(entity)?)]);
+        }
+        let mut shells = Vec::new();
+        for shell in self.solid(entity)? {
+            let faces = self.shell(shell.shell)?.into_iter();
+            let faces = faces.map(|(f, along)| (f, along != shell.turned)).collect();
+            let place = self.placed(shell.shell, &placed)?;
+            shells.push((Some(found.next_shell()), place, faces));
+        }
+        Ok(shells)
+    }
+
     /// Solids, shells and faces. Each unreadable face is skipped individually.
     fn show_brep(&self, task: &Task, found: &mut Found) -> Result<(), Fault> {
         let Task { entity, map, instance, .. } = *task;
         let task = task.clone().within(&[], self.style(entity));
-        let mut shells: Vec<ShellFaces> = Vec::new();
-        match self.file.entry(entity).kind {
-            510 => shells.push((None, map, vec![(entity, true)])),
-            514 => {
-                let placed = self.placed(entity, &map)?;
-                shells.push((Some(found.next_shell()), placed, self.shell(entity)?));
-            }
-            _ => {
-                let placed = self.placed(entity, &map)?;
-                for shell in self.solid(entity)? {
-                    let faces = self.shell(shell.shell)?.into_iter();
-                    let faces = faces.map(|(f, along)| (f, along != shell.turned)).collect();
-                    shells.push((
-                        Some(found.next_shell()),
-                        self.placed(shell.shell, &placed)?,
-                        faces,
-                    ));
-                }
-            }
-        }
+        let shells = self.shells_of(task.entity, map, found)?;
         let body = found.body_of(self, &task);
         for (shell, map, faces) in shells {
             for (face, along) in faces {

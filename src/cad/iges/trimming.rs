@@ -71,11 +71,8 @@ impl Reader<'_, '_> {
     ) -> Result<RawFace, Fault> {
         self.file.charge(entity, PIECE_COST)?;
         self.make_consistent(entity, &mut basis, &mut loops);
-        let mut out: Vec<RawLoop> = loops
-            .into_iter()
-            .zip(outer.iter().chain(std::iter::repeat(&None)))
-            .map(|(drafts, outer)| raw_loop(drafts, *outer))
-            .collect();
+        let drafts = loops.into_iter().zip(outer.iter().chain(std::iter::repeat(&None)));
+        let mut out: Vec<RawLoop> = drafts.map(|(one, outer)| raw_loop(one, *outer)).collect();
         self.check_curves(entity, &out)?;
         if turn {
             // In the file a loop runs about the normal of the surface (508), whatever the shell (514) makes of the face.
@@ -84,12 +81,9 @@ impl Reader<'_, '_> {
         }
         if to_domain && (!out.is_empty() || basis.narrowed) {
             let Some(domain) = basis.domain else {
-                return Err(self.file.fault(
-                    entity,
-                    "boundary-missing",
-                    "an unbounded surface without an outer boundary",
-                    "an outer boundary (N1 = 1)",
-                ));
+                let found = "an unbounded surface without an outer boundary";
+                let allowed = "an outer boundary (N1 = 1)";
+                return Err(self.file.fault(entity, "boundary-missing", found, allowed));
             };
             out.insert(0, domain_loop(domain));
         }

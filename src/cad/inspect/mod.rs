@@ -60,6 +60,16 @@ pub struct Inspection {
     pub diagnostics: Vec<Diagnostic>,
 }
 
+/// A face whose area is an estimate.
+fn area_unmeasured(source: &str) -> Diagnostic {
+    Diagnostic {
+        severity: Severity::Warning,
+        code: "area-unmeasured",
+        place: source.to_owned(),
+        text: "its area did not converge within the evaluation limit; the area of the model is an estimate".into(),
+    }
+}
+
 /// Summarises a model.
 #[must_use]
 pub fn inspect(model: &Model, diagnostics: &[Diagnostic]) -> Inspection {
@@ -78,12 +88,7 @@ pub fn inspect(model: &Model, diagnostics: &[Diagnostic]) -> Inspection {
     let bbox_mm = bounds_of(&model.bbox());
     let free: Vec<_> = model.edges.iter().filter(|e| e.uses.len() == 1).collect();
     let (area_mm2, unmeasured) = model.measured_area();
-    let unmeasured = unmeasured.into_iter().map(|f| Diagnostic {
-        severity: Severity::Warning,
-        code: "area-unmeasured",
-        place: model.faces[f].source.clone(),
-        text: "its area did not converge within the evaluation limit; the area of the model is an estimate".into(),
-    });
+    let unmeasured = unmeasured.into_iter().map(|f| area_unmeasured(&model.faces[f].source));
     Inspection {
         file: model.name.clone(),
         unit: model.unit.clone(),

@@ -55,8 +55,7 @@ pub(super) fn certain_points(
         let [u, v] = cell.surface.domain();
         let (from, to) = (Vec2::new(u[0], v[0]), Vec2::new(u[1], v[1]));
         let middle = 0.5 * (from + to);
-        let is_trimmed = region.touches(from, to);
-        let is_inside = region.contains(middle);
+        let (is_trimmed, is_inside) = (region.touches(from, to), region.contains(middle));
         if !is_trimmed && !is_inside {
             continue;
         }

@@ -136,23 +136,8 @@ impl PlanCurve {
         self.samples.iter().zip(next).map(cross).sum()
     }
 
-    fn check(&self) -> Result<(), RegionError> {
-        if self.pieces.len() < PIECES_MIN || self.samples.is_empty() {
-            return Err(RegionError::curve("a curve of no length"));
-        }
-        let size = self.bounds().diagonal();
-        for (k, piece) in self.pieces.iter().enumerate() {
-            let next = &self.pieces[(k + 1) % self.pieces.len()];
-            let gap = (end(piece) - start(next)).norm();
-            if gap > 1e-9 * size {
-                return Err(RegionError::curve(format!(
-                    "an open curve with a gap of {gap:.3e} mm"
-                )));
-            }
-        }
-        if self.doubled_area() <= 1e-9 * size * size {
-            return Err(RegionError::curve("a curve without area"));
-        }
+    /// A point where the curve crosses itself.
+    fn crossing(&self) -> Result<Option<Vec2>, RegionError> {
         let n = self.samples.len();
         let at = |k: usize| self.samples[k % n].point;
         let boxes: Vec<Aabb> =
@@ -172,7 +157,27 @@ impl PlanCurve {
                 return Err(RegionError::curve("a curve that is wound up too closely"));
             }
         }
-        match crossing {
+        Ok(crossing)
+    }
+
+    fn check(&self) -> Result<(), RegionError> {
+        if self.pieces.len() < PIECES_MIN || self.samples.is_empty() {
+            return Err(RegionError::curve("a curve of no length"));
+        }
+        let size = self.bounds().diagonal();
+        for (k, piece) in self.pieces.iter().enumerate() {
+            let next = &self.pieces[(k + 1) % self.pieces.len()];
+            let gap = (end(piece) - start(next)).norm();
+            if gap > 1e-9 * size {
+                return Err(RegionError::curve(format!(
+                    "an open curve with a gap of {gap:.3e} mm"
+                )));
+            }
+        }
+        if self.doubled_area() <= 1e-9 * size * size {
+            return Err(RegionError::curve("a curve without area"));
+        }
+        match self.crossing()? {
             Some(p) => {
                 let found = format!("a curve that crosses itself near ({:.3}, {:.3}) mm", p.x, p.y);
                 Err(RegionError::curve(found))

@@ -201,6 +201,24 @@ impl<'t> Resolver<'t> {
         self.recover(result.map_err(of_face), out)
     }
 
+    /// Surfaces of a geometric set; its curves are counted.
+    fn elements(
+        &self,
+        set: Entity<'t>,
+        units: Units,
+        out: &mut ItemFaces,
+        depth: usize,
+    ) -> Outcome<()> {
+        for element in self.recover(set.attributes().entities(1), out)?.unwrap_or_default() {
+            match item_kind(element) {
+                ItemKind::Shape => self.shape(element, units, out, depth + 1)?,
+                ItemKind::Loose => out.loose_curves += 1,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
     fn shape(&self, e: Entity<'t>, units: Units, out: &mut ItemFaces, depth: usize) -> Outcome<()> {
         let spent = self.charge(e, depth, 0);
         if self.recover(spent, out)?.is_none() {
@@ -222,15 +240,7 @@ impl<'t> Resolver<'t> {
                 out.begin_body(BodyKind::Shell, name(&a.text(0)), e);
                 self.shell(e, units, out)?;
             }
-            "GEOMETRIC_SET" => {
-                for element in self.recover(a.entities(1), out)?.unwrap_or_default() {
-                    match item_kind(element) {
-                        ItemKind::Shape => self.shape(element, units, out, depth + 1)?,
-                        ItemKind::Loose => out.loose_curves += 1,
-                        _ => {}
-                    }
-                }
-            }
+            "GEOMETRIC_SET" => self.elements(e, units, out, depth)?,
             "ADVANCED_FACE" | "FACE_SURFACE" | "ORIENTED_FACE" | "FACE" | "SUBFACE" => {
                 let face = self.face(e, units, true);
                 let read = self.recover_face(e, face, out)?;

@@ -96,6 +96,13 @@ fn named_doubts(args: &AuditArgs, report: &AuditReport) -> Vec<Doubt> {
     doubts
 }
 
+/// Prints from which faces of the CAD a tool was made.
+fn print_origin(tool: &Path, chosen: &Chosen, model: &Model, offset_mm: Option<f64>) {
+    let (n, all) = (chosen.kept.len(), model.faces.len());
+    let moved = offset_mm.map_or_else(String::new, |d| format!(", offset by {d} mm"));
+    out!("{}: made from {n} of {all} faces{moved}, compared with these", tool.display());
+}
+
 /// Audits one tool against its CAD.
 fn audited(
     args: &AuditArgs,
@@ -131,10 +138,7 @@ fn audited(
     found.report.doubts = doubts(&found.report);
     write_pictures(args, &loaded.model, &found)?;
     if let Some(chosen) = &chosen {
-        let (n, all) = (chosen.kept.len(), model.faces.len());
-        let moved =
-            loaded.provenance.offset_mm.map_or_else(String::new, |d| format!(", offset by {d} mm"));
-        out!("{}: made from {n} of {all} faces{moved}, compared with these", tool.display());
+        print_origin(tool, chosen, model, loaded.provenance.offset_mm);
     }
     if args.tools.len() > 1 {
         print_row(tool, &found.report);

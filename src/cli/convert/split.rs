@@ -67,20 +67,15 @@ pub fn run(args: &SplitArgs) -> Result<Exit, Failure> {
         }
     }
     print_conversion_doubts(&doubts, args.how.accept_doubts);
-    match failed.first() {
-        None => Ok(Exit::of_doubts(&doubts, args.how.accept_doubts)),
-        Some((_, first)) => {
-            let names: Vec<&str> = failed.iter().map(|(name, _)| name.as_str()).collect();
-            let (n, all, names) = (failed.len(), bodies.len(), names.join(", "));
-            Err(Failure::new(
-                first.exit,
-                format!(
-                    "{}: {n} of {all} bodies are not converted: {names}; the reasons are above; convert these one by one with --bodies",
-                    args.file.display()
-                ),
-            ))
-        }
-    }
+    let Some((_, first)) = failed.first() else {
+        return Ok(Exit::of_doubts(&doubts, args.how.accept_doubts));
+    };
+    let names: Vec<&str> = failed.iter().map(|(name, _)| name.as_str()).collect();
+    let (file, n, all, names) = (args.file.display(), failed.len(), bodies.len(), names.join(", "));
+    let what = format!(
+        "{file}: {n} of {all} bodies are not converted: {names}; the reasons are above; convert these one by one with --bodies"
+    );
+    Err(Failure::new(first.exit, what))
 }
 
 /// Converts one body.

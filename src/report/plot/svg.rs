@@ -157,6 +157,17 @@ fn axes(out: &mut String, plot: &Plot, x: &Scale, y: &Scale) {
     );
 }
 
+/// Bars of a width in units of x.
+fn bar_path(points: &[(usize, f64, f64)], width: f64, x: &Scale, y: &Scale) -> String {
+    let base = if y.log { y.pixels.start } else { y.pixel(0.0) };
+    let mut path = String::new();
+    for &(_, a, b) in points {
+        let (from, to) = (x.pixel(a - 0.5 * width), x.pixel(a + 0.5 * width));
+        let _ = write!(path, "M{from:.1} {base:.1}V{:.1}H{to:.1}V{base:.1}Z", y.pixel(b));
+    }
+    path
+}
+
 /// Draws a series; gives the points with values on hover.
 fn draw(
     out: &mut String,
@@ -193,12 +204,7 @@ fn draw(
             }
         }
         Style::Bars(width) => {
-            let base = if y.log { y.pixels.start } else { y.pixel(0.0) };
-            let mut path = String::new();
-            for &(_, a, b) in &points {
-                let (from, to) = (x.pixel(a - 0.5 * width), x.pixel(a + 0.5 * width));
-                let _ = write!(path, "M{from:.1} {base:.1}V{:.1}H{to:.1}V{base:.1}Z", y.pixel(b));
-            }
+            let path = bar_path(&points, width, x, y);
             let _ = writeln!(out, "<path class=\"bar c{color}\" d=\"{path}\"/>");
         }
     }

@@ -1,5 +1,7 @@
 //! A view as JSON for the script of the page; its numbers are arrays of the page.
 
+use std::collections::BTreeSet;
+
 use serde_json::{Value, json};
 
 use super::arrays::Arrays;
@@ -34,14 +36,21 @@ pub(super) fn description(view: &View, arrays: &mut Arrays) -> Value {
     })
 }
 
+/// The word of the script.
+fn word_of(visibility: Visibility) -> &'static str {
+    match visibility {
+        Visibility::Shown => "shown",
+        Visibility::Transparent => "transparent",
+        Visibility::Hidden => "hidden",
+    }
+}
+
 /// A surface, and the largest error of its places [mm].
 fn part(surface: &Surface, arrays: &mut Arrays) -> (Value, f64) {
     let bounds = surface.bounds().unwrap_or_default();
     let (points, accuracy) = places(&surface.points, &bounds, arrays);
     let owners = surface.owners();
-    let mut numbers = owners.clone();
-    numbers.sort_unstable();
-    numbers.dedup();
+    let numbers: Vec<u32> = BTreeSet::from_iter(owners.iter().copied()).into_iter().collect();
     // Every owner is in the list.
     let index = |owner: &u32| numbers.binary_search(owner).unwrap_or_default() as u32;
     let cells: Vec<u32> = owners.iter().map(index).collect();
@@ -56,19 +65,14 @@ fn part(surface: &Surface, arrays: &mut Arrays) -> (Value, f64) {
                 out["points"] = places(&frame.points, &bounds, arrays).0;
             }
             let earlier = surface.fields.iter().zip(&frame.values);
-            let earlier =
-                earlier.map(|(field, values)| frame_values(field, values, &numbers, arrays));
-            out["values"] = earlier.collect();
+            let values = earlier.map(|(field, own)| frame_values(field, own, &numbers, arrays));
+            out["values"] = values.collect();
             out
         })
         .collect();
     let part = json!({
         "name": visible_text(&surface.name),
-        "visibility": match surface.visibility {
-            Visibility::Shown => "shown",
-            Visibility::Transparent => "transparent",
-            Visibility::Hidden => "hidden",
-        },
+        "visibility": word_of(surface.visibility),
         "points": points,
         "triangles": arrays.integers(surface.triangles.as_flattened()),
         "cells": arrays.integers(&cells),

@@ -117,9 +117,8 @@ fn named(name: &str) -> Option<Role> {
     NAMES.iter().find(|(_, parts)| is(parts)).map(|(role, _)| *role)
 }
 
-/// The role of every tool. Names decide; without them the tool that is alone on its side is the die, and of those on
-/// the other side the one that surrounds another in plan is the holder.
-pub(super) fn roles(tools: &[GivenTool], below: &[bool]) -> Result<Vec<Role>, ProposeError> {
+/// Refuses a single tool, and tools on one side of the sheet.
+fn check_sides(tools: &[GivenTool], below: &[bool]) -> Result<(), ProposeError> {
     if tools.len() < 2 {
         return Err(ProposeError::TooFew { found: tools.len() });
     }
@@ -128,6 +127,13 @@ pub(super) fn roles(tools: &[GivenTool], below: &[bool]) -> Result<Vec<Role>, Pr
         let side = if below[0] { "below" } else { "above" };
         return Err(ProposeError::OneSide { names: names.join(", "), side });
     }
+    Ok(())
+}
+
+/// The role of every tool. Names decide; without them the tool that is alone on its side is the die, and of those on
+/// the other side the one that surrounds another in plan is the holder.
+pub(super) fn roles(tools: &[GivenTool], below: &[bool]) -> Result<Vec<Role>, ProposeError> {
+    check_sides(tools, below)?;
     let mut found: Vec<Option<Role>> = tools.iter().map(|tool| named(&tool.name)).collect();
     let has = |found: &[Option<Role>], role: Role| found.contains(&Some(role));
     if !has(&found, Role::Die) {

@@ -122,13 +122,9 @@ impl Layout {
         let _ = writeln!(out, "{}\n  ],", lines.join(",\n"));
     }
 
-    fn stages(&self, out: &mut String) {
-        let named = |role: Role| self.tools.iter().find(|tool| tool.role == role);
-        let holder = named(Role::Holder);
-        let force = holder.map(|holder| {
-            format!("{}: {{ \"force_n\": {} }}", quoted(&holder.name), number(self.holder_force))
-        });
-        if force.is_some() {
+    /// Where force and travel come from, and what has no drive.
+    fn comments_of_stages(&self, out: &mut String, has_holder: bool) {
+        if has_holder {
             comment(
                 out,
                 1,
@@ -154,6 +150,15 @@ impl Layout {
             );
             comment(out, 1, "_idle", &text);
         }
+    }
+
+    fn stages(&self, out: &mut String) {
+        let named = |role: Role| self.tools.iter().find(|tool| tool.role == role);
+        let holder = named(Role::Holder);
+        let force = holder.map(|holder| {
+            format!("{}: {{ \"force_n\": {} }}", quoted(&holder.name), number(self.holder_force))
+        });
+        self.comments_of_stages(out, force.is_some());
         out.push_str("  \"stages\": [\n");
         if let Some(force) = &force {
             let _ = writeln!(out, "    {{ \"name\": \"clamp\", \"drive\": {{ {force} }} }},");

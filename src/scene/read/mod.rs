@@ -13,6 +13,7 @@ use super::follow::followed;
 use super::large_sheet::LargeSheet;
 use super::plan::{Plan, PlannedFile, PlannedTool};
 use super::set_value::SetValue;
+use super::toml_text::{is_toml, json_text};
 use super::types::{Blank, BlankShape, MaterialChoice, Scene};
 use crate::contact::ToolSurface;
 use crate::files::{FileKind, sha256_hex};
@@ -205,9 +206,10 @@ fn scene_with(path: &Path, set: &[SetValue]) -> Result<(Scene, Vec<u8>), SceneEr
     }
     let bytes = crate::files::read(path, crate::files::Input::Description)
         .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
-    let Ok(mut value) = serde_json::from_slice::<serde_json::Value>(&without_comments(&bytes))
+    let json = json_text(&bytes, path)?;
+    let Ok(mut value) = serde_json::from_slice::<serde_json::Value>(&without_comments(&json))
     else {
-        return Ok((parse(&bytes, path)?, bytes));
+        return Ok((parse_json(&json, path)?, bytes));
     };
     let error = |set: String, cause: String| SceneError::Set { path: path.into(), set, cause };
     for one in set {
@@ -217,7 +219,7 @@ fn scene_with(path: &Path, set: &[SetValue]) -> Result<(Scene, Vec<u8>), SceneEr
         })?;
     }
     let bytes = value.to_string().into_bytes();
-    let scene = parse(&bytes, path).map_err(|cause| {
+    let scene = parse_json(&bytes, path).map_err(|cause| {
         let all = set.iter().map(SetValue::to_string).collect::<Vec<_>>().join(", ");
         match cause {
             SceneError::Syntax { found, .. } => error(all, found),
@@ -230,13 +232,29 @@ fn scene_with(path: &Path, set: &[SetValue]) -> Result<(Scene, Vec<u8>), SceneEr
     Ok((scene, bytes))
 }
 
-/// Parses a scene and checks its keys and values; `path` is for messages.
+/// Parses a scene and checks its keys and values. A `path` that ends in `.toml` says that the text is TOML.
 ///
 /// # Errors
 /// [`SceneError::Syntax`], [`SceneError::Value`].
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Scene, SceneError> {
+    parse_json(&json_text(bytes, path)?, path)
+}
+
+/// Parses the JSON text of a scene and checks its keys and values.
+fn parse_json(bytes: &[u8], path: &Path) -> Result<Scene, SceneError> {
     let text = without_comments(bytes);
     let scene: Scene = parsed(&text).map_err(|(e, key)| {
+        if is_toml(path) {
+            // Lines of the JSON text are none of the file.
+            let place = if key.is_empty() { "scene".to_owned() } else { key };
+            let allowed = "the keys and values of schemas/scene.schema.json".to_owned();
+            return SceneError::Value {
+                path: path.into(),
+                place,
+                found: without_place(&e),
+                allowed,
+            };
+        }
         let other = FileKind::other_than(FileKind::Scene, bytes, path.to_path_buf());
         other.map_or_else(
             || SceneError::Syntax {

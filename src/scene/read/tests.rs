@@ -1,3 +1,5 @@
+use std::fs;
+
 use super::*;
 
 fn scene() -> serde_json::Value {
@@ -153,4 +155,60 @@ fn a_scene_that_is_no_scene_has_a_line_and_column() {
     assert!(message.contains("line 2, column"), "{message}");
     let message = found("kanagata-tool");
     assert!(message.contains("found a tool file; allowed: a scene"), "{message}");
+}
+
+/// The scene of the example in TOML.
+fn strip_in_toml() -> String {
+    let json = fs::read("examples/strip/strip.scene.json").unwrap();
+    let value: serde_json::Value = serde_json::from_slice(&json).unwrap();
+    // TOML wants values before tables; one table for each key of the top level in inline form serves.
+    let inline = |v: &serde_json::Value| inline(v);
+    let lines = value.as_object().unwrap().iter().map(|(k, v)| format!("{k} = {}\n", inline(v)));
+    lines.collect()
+}
+
+/// A JSON value as a TOML value in one line.
+fn inline(value: &serde_json::Value) -> String {
+    match value {
+        serde_json::Value::Object(members) => {
+            let members = members.iter().map(|(k, v)| format!("{k} = {}", inline(v)));
+            format!("{{ {} }}", members.collect::<Vec<_>>().join(", "))
+        }
+        serde_json::Value::Array(items) => {
+            format!("[{}]", items.iter().map(inline).collect::<Vec<_>>().join(", "))
+        }
+        other => other.to_string(),
+    }
+}
+
+#[test]
+fn a_scene_in_toml_is_the_same_scene() {
+    let json = fs::read("examples/strip/strip.scene.json").unwrap();
+    let text = format!("# a comment\n{}", strip_in_toml());
+    let path = Path::new("strip.toml");
+    assert_eq!(parse(text.as_bytes(), path).unwrap(), parse(&json, Path::new("s.json")).unwrap());
+}
+
+#[test]
+fn faults_of_a_scene_in_toml_are_named_by_line_or_key() {
+    let text = strip_in_toml();
+    let message = |text: &str| parse(text.as_bytes(), Path::new("s.toml")).unwrap_err().to_string();
+    let open = message(&format!("{text}\nquality = {{\n"));
+    let lines = text.lines().count();
+    assert!(
+        open.contains(&format!("line {}", lines + 2))
+            || open.contains(&format!("line {}", lines + 3)),
+        "{open}"
+    );
+    let unknown = message(&text.replace("thickness_mm", "thickness"));
+    assert!(unknown.contains("blank") && unknown.contains("thickness"), "{unknown}");
+    let range = message(&text.replace("thickness_mm = 1.0", "thickness_mm = -1.0"));
+    assert!(range.contains("blank.thickness_mm"), "{range}");
+    let twice = message(&format!("{text}\nname = \"again\"\n"));
+    assert!(twice.contains("name") || twice.contains("duplicate"), "{twice}");
+    let deep = message(&"a.".repeat(100_000));
+    assert!(deep.contains("line 1"), "{}", &deep[..100]);
+    message(&format!("a = {}", "[".repeat(1_000_000)));
+    message("a = 2026-11-29");
+    assert!(parse(&[0xff, 0xfe], Path::new("s.toml")).unwrap_err().to_string().contains("UTF-8"));
 }

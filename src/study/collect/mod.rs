@@ -53,12 +53,9 @@ pub fn collect(
     ];
     let charts = chart_set::charts(study, &rows);
     let bars = chart_set::bars(&rows);
-    for (name, chart) in &charts {
-        write_chart(&folder.join(name).with_extension("svg"), chart)?;
-    }
-    for (name, bars) in &bars {
-        bars.write(&folder.join(name).with_extension("svg"))?;
-    }
+    let file = |name: &str| folder.join(name).with_extension("svg");
+    charts.iter().try_for_each(|(name, chart)| write_chart(&file(name), chart))?;
+    bars.iter().try_for_each(|(name, bars)| bars.write(&file(name)))?;
     let checks = evaluate::evaluate(study, &rows);
     let mut page = Page::new(&study.name);
     let doubts = worst_doubts(&rows);

@@ -33,17 +33,15 @@ impl<'a, 'b> Schedule<'a, 'b> {
             rows.push(jobs.len()..jobs.len() + rank.len());
             for case in rank {
                 index.insert(&case.id, jobs.len());
+                let submission = known.cases.remove(&case.id).unwrap_or_default();
                 jobs.push(Job {
                     case,
                     phase: Phase::Open,
                     leader: case.follows.as_deref().and_then(|id| index.get(id).copied()),
-                    submission: known.cases.remove(&case.id).unwrap_or_default(),
-                    inherited: false,
+                    inherited: submission.ticket.is_some(),
+                    submission,
                     told: String::new(),
                 });
-                if let Some(job) = jobs.last_mut() {
-                    job.inherited = job.submission.ticket.is_some();
-                }
             }
         }
         Ok(Self {

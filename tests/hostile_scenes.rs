@@ -19,7 +19,7 @@ const ENDLESS: Duration = Duration::from_secs(120);
 
 /// Keys of which zero, an empty text, minus one or another kind of the same are sound: a run takes them as they are. Numbers beyond
 /// any use (1e300) are sound nowhere.
-const LEGITIMATE: [&str; 68] = [
+const LEGITIMATE: [&str; 70] = [
     "/blank/element/solid-shell",
     "/blank/element/solid-shell/membrane",
     "/blank/rolling_direction_deg",
@@ -39,6 +39,8 @@ const LEGITIMATE: [&str; 68] = [
     "/name",
     "/output",
     "/output/checkpoint_every",
+    "/output/sections",
+    "/output/sections/0/at_mm",
     "/output/vtu_every",
     "/solver",
     "/solver/friction_transition",
@@ -110,7 +112,8 @@ fn bases(folder: &Path) -> Vec<Value> {
             "force_tolerance": 1e-6, "iterations": 25, "wanted_iterations": 6, "smallest_increment": 1e-3,
             "increments": 200, "friction_transition": 1e-5, "contact": "exact"
         });
-        scene["output"] = json!({"vtu_every": 10, "checkpoint_every": 5});
+        scene["output"] = json!({"vtu_every": 10, "checkpoint_every": 5,
+            "sections": [{"normal": "y", "at_mm": 0.5}]});
     });
     let strip: Value = serde_json::from_slice(&fs::read(file).unwrap()).unwrap();
     let with = |change: &dyn Fn(&mut Value)| {

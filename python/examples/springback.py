@@ -1,4 +1,4 @@
-"""Angle of the wall of a U-channel after its tools are released, from the nodes of the sheet, and its force over travel."""
+"""Springback of a U-channel: angle and curl of its wall by the program, and the angle by a line through the nodes of the sheet."""
 
 import math
 import sys
@@ -21,16 +21,19 @@ def wall_angle(mesh: Any) -> float:
 
 
 def main(root: Path, out: Path) -> None:
-    scene = kanagata.Scene(root / "examples/strip/strip.scene.json", set={"output.vtu_every": 1})
-    run = scene.run(out / "run")
+    changes = {"output.vtu_every": 1, "output.sections": [{"normal": "y", "at_mm": 0.5}]}
+    run = kanagata.Scene(root / "examples/strip/strip.scene.json", set=changes).run(out / "run")
     columns = run.arrays()
     travel, force = columns["punch_travel_mm"], columns["punch_force_n"]
-    stage = columns["stage"]
-    drawn = int(np.flatnonzero(stage == "draw")[-1])
+    drawn = int(np.flatnonzero(columns["stage"] == "draw")[-1])
     print(f"{run}: {force[drawn]:.1f} N at {travel[drawn]:.1f} mm")
+    wall = run.record["sections"][0]["walls"][0]
+    opened = wall["released_wall_deg"] - wall["wall_deg"]
+    print(f"corner {wall['wall_deg']:.2f} degrees with the tools, {wall['released_wall_deg']:.2f} without: {opened:+.2f}")
+    print(f"curl radius {wall['curl_radius_mm'] or math.inf:.1f} mm")
     loaded = max(k for k, (time, _) in enumerate(run.steps) if time <= 2.0)
     before, after = wall_angle(run.mesh(loaded)), wall_angle(run.mesh(-1))
-    print(f"wall {before:.2f} degrees from the vertical with the tools, {after:.2f} without: {after - before:+.2f}")
+    print(f"by lines through nodes the wall leans by {before:.2f} degrees before, {after:.2f} after")
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ def test_every_name_has_a_description():
 
 EXPECTED = {
     "cup": r"least thickness 0\.\d+ mm, thinning \d+\.\d%",
-    "springback": r"wall (\d+\.\d+) degrees .* (\d+\.\d+) without: \+",
+    "springback": r"corner \d+\.\d+ degrees with the tools, \d+\.\d+ without: \+",
     "audit_chart": r"facets +\d+ patches",
     "identify_friction": r"friction 0\.1[12]\d+, that of the curve 0\.12",
     "study_table": r"force_max_n",

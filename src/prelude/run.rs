@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::error::{Error, ErrorKind};
 use crate::files::{Input, read, read_text};
 use crate::report::doubt::Doubt;
-use crate::report::pvd::{PvdEntry, parse_pvd};
+use crate::report::pvd_read::{PvdEntry, parse_pvd};
 use crate::report::record::{History, HistoryRow, RunRecord, Verdict};
 
 /// Progress of a run after an increment; increment 0 is the state before the first.

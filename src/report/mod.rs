@@ -13,7 +13,7 @@ pub mod foreign;
 pub mod page;
 #[cfg(feature = "pages")]
 pub mod plot;
-pub mod pvd;
+pub mod pvd_read;
 pub mod record;
 #[cfg(feature = "pages")]
 pub mod viewer;

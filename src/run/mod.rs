@@ -27,6 +27,7 @@ pub mod propose;
 pub mod report;
 pub mod resources;
 pub mod restart;
+pub mod section;
 pub mod self_contact;
 mod sheet_checks;
 pub mod springback;
@@ -328,6 +329,7 @@ impl Run<'_> {
         };
         self.check_lock()?;
         folder.write_last_state(simulation, failed.map(|(node, _)| node))?;
+        folder.record_sections(&self.plan.scene.output.sections, simulation);
         if failed.is_some() {
             folder.record_failure(simulation)?;
         }

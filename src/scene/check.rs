@@ -28,6 +28,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
         need(!hold.axes.is_empty(), format!("holds[{k}].axes"), "none".into(), allowed)?;
     }
     check_quality(scene)?;
+    scene.output.check()?;
     check_solver(&scene.solver)
 }
 

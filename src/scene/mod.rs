@@ -15,6 +15,7 @@ pub mod follow;
 pub mod large_sheet;
 mod loads;
 mod motions;
+mod output;
 pub mod plan;
 pub mod preview;
 pub mod read;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 pub use super::course::Course;
 pub use super::drive::{Drive, Spring};
+pub use super::output::{Output, Section};
 pub use super::tool_cad::{SheetSurface, ToolCad};
 use crate::report::record::Quality;
 use crate::solver::element::ElementKind;
@@ -376,21 +377,5 @@ impl Default for SolverLimits {
             contact: limits.contact,
             increments_of: None,
         }
-    }
-}
-
-/// Output of a run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Output {
-    /// Increments between VTU files, which are also written at stage ends; 0: stage ends only.
-    pub vtu_every: usize,
-    /// Increments between checkpoints; 0: only when the run is stopped.
-    pub checkpoint_every: usize,
-}
-
-impl Default for Output {
-    fn default() -> Self {
-        Self { vtu_every: 10, checkpoint_every: 5 }
     }
 }

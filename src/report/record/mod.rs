@@ -5,6 +5,7 @@ mod formability;
 mod history;
 mod origin;
 mod quality;
+mod section;
 mod sheet;
 
 use std::collections::BTreeMap;
@@ -23,6 +24,7 @@ pub use formability::{
 pub use history::{Energies, History, HistoryRow, IterationRow, write_iterations};
 pub use origin::{ExcludedPatchesRecord, Process};
 pub use quality::Quality;
+pub use section::{SectionRecord, WallRecord};
 pub use sheet::{
     FacePenetrationRecord, HolderLiftRecord, HourglassRecord, InsideToolRecord, MaximumForceRecord,
     NeckingKind, NeckingRecord, OverhangRecord, PlasticStrainRecord, SelfPenetrationRecord,
@@ -193,6 +195,9 @@ pub struct RunRecord {
     /// Springback from the last equilibrium with tools to the current one without; absent while tools are present.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springback: Option<SpringbackRecord>,
+    /// Sections of the sheet that the scene asks for, at the end of the run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sections: Vec<SectionRecord>,
     /// Order of convergence of the Newton iteration: median over the increments in which it can be measured (2:
     /// quadratic).
     pub convergence_order: Option<f64>,

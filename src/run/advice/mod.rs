@@ -19,6 +19,7 @@ mod missed_sheet;
 mod patches;
 mod quality;
 pub(in crate::run) mod radii;
+mod sections;
 mod shape_error;
 mod sharp_edge;
 mod symmetry;
@@ -53,6 +54,7 @@ fn doubts_at(
 ) -> Vec<Finding> {
     let mut out: Vec<Finding> = material::finding(&plan.card).into_iter().collect();
     quality::findings(plan, &mut out);
+    sections::findings(plan, setup, &mut out);
     units::findings(setup, &mut out);
     out.extend(magnitudes::friction_not_given(plan));
     magnitudes::findings(plan, setup, &mut out);

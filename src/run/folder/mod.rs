@@ -17,6 +17,7 @@ use super::formability::Judged;
 use super::formed::Formed;
 use super::necking::Necking;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
+use super::section::sections;
 use super::springback::Springback;
 use super::strain_path::StrainPaths;
 use super::strains::of_sheet;
@@ -29,7 +30,7 @@ use crate::report::record::{
 };
 use crate::report::{DataArray, write_pvd};
 use crate::scene::Plan;
-use crate::scene::types::SymmetryPlane;
+use crate::scene::types::{Section, SymmetryPlane};
 use crate::solver::material::forming_limit::Diagram;
 use crate::solver::{IncrementReport, Simulation};
 
@@ -282,6 +283,17 @@ impl RunFolder {
             grid.point_data.push(DataArray::scalar("not_converged_here", marks));
         }
         grid.write(&self.path.join("steps/last.vtu"))
+    }
+
+    /// Records the sections of the sheet: in the last equilibrium with tools, and at the end if the tools were released.
+    pub fn record_sections(&mut self, planes: &[Section], simulation: &Simulation) {
+        let mesh = simulation.body().mesh();
+        let now = fields::positions(mesh, simulation.displacements());
+        let is_released = self.record.springback.is_some();
+        let held =
+            if is_released { fields::positions(mesh, self.springback.held()) } else { now.clone() };
+        let released = is_released.then_some(&now[..]);
+        self.record.sections = sections(mesh, planes, &held, released);
     }
 
     /// Writes the verdict. A completed run with doubts is doubtful.

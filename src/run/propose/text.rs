@@ -33,8 +33,34 @@ impl Layout {
         self.supports(&mut out);
         self.tools(&mut out);
         self.stages(&mut out);
-        out.push_str("  \"output\": { \"vtu_every\": 5 }\n}\n");
+        self.output(&mut out);
         out
+    }
+
+    /// Steps and sections: at the symmetry planes, or along the middle of a strip.
+    fn output(&self, out: &mut String) {
+        let section = |axis: usize, at: f64| {
+            let axis = ["x", "y"][axis];
+            format!("{{ \"normal\": \"{axis}\", \"at_mm\": {} }}", number(at))
+        };
+        let sections: Vec<String> = match self.outline {
+            Outline::Rectangle { corner, size, .. } if self.plane_strain => {
+                vec![section(1, corner[1] + 0.5 * size[1])]
+            }
+            _ => self.cuts.iter().map(|cut| section(cut.axis, cut.at)).collect(),
+        };
+        if sections.is_empty() {
+            out.push_str("  \"output\": { \"vtu_every\": 5 }\n}\n");
+            return;
+        }
+        comment(
+            out,
+            1,
+            "_output",
+            "Sections give angles and curl of walls before and after springback.",
+        );
+        let all = sections.join(", ");
+        let _ = writeln!(out, "  \"output\": {{ \"vtu_every\": 5, \"sections\": [{all}] }}\n}}");
     }
 
     fn blank(&self, out: &mut String) {

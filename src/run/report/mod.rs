@@ -9,6 +9,7 @@ mod error;
 mod files;
 mod grid;
 mod outcome;
+mod section;
 mod setup;
 mod sheet;
 mod steps;
@@ -89,6 +90,7 @@ fn page(contents: &Contents<'_>) -> Page {
     if let Some(sheet) = &contents.sheet {
         sheet::strains(&mut page, sheet, record);
         border::draw_in(&mut page, &borders);
+        section::sections(&mut page, &record.sections);
         page.heading("Thickness");
         thickness::chart(&mut page, sheet.shape, &sheet.mesh, &sheet.thickness());
     }

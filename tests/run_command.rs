@@ -106,7 +106,7 @@ fn what_cannot_be_made_ends_with_exit_code_2_and_says_why() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     for (key, value, expected) in [
-        ("file", json!(fixture("dome/dome.scene.json")), "IGES or STEP"),
+        ("file", json!(fixture("dome/dome.scene.json")), "export the model as IGES 5.3 or STEP"),
         ("bodies", json!(["9"]), "bodies"),
         ("tol_mm", json!(0), "tools[0].cad.tol_mm"),
         ("sheet_surface", json!("outer"), "sheet_surface"),

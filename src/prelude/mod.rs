@@ -25,6 +25,7 @@
 //! # }
 //! ```
 
+mod audit;
 mod cad;
 mod convert;
 mod error;

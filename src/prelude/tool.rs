@@ -5,12 +5,8 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-use super::cad::Cad;
 use super::error::Error;
-use crate::audit::{Audit, AuditOptions, CadReference, audit, doubts};
 use crate::contact::{Projection, ToolSurface};
-use crate::convert::origin::origin;
-use crate::convert::select::ChosenReference;
 use crate::geometry::Vec3;
 use crate::report::doubt::Doubt;
 use crate::run::fields::tessellate;
@@ -29,8 +25,8 @@ use crate::tool::{ToolKind, ToolModel};
 /// # Ok::<(), kanagata::prelude::Error>(())
 /// ```
 pub struct Tool {
-    model: ToolModel,
-    provenance: Provenance,
+    pub(super) model: ToolModel,
+    pub(super) provenance: Provenance,
     doubts: Vec<Doubt>,
     edges: EdgeRule,
     surface: OnceLock<ToolSurface>,
@@ -120,32 +116,6 @@ impl Tool {
     #[must_use]
     pub fn model(&self) -> &ToolModel {
         &self.model
-    }
-
-    /// Shape error against the CAD from which the tool was made (Eq. 24): of the faces and the offset in its provenance.
-    /// Against another file every patch is compared with the face nearest to it.
-    ///
-    /// # Errors
-    /// [`super::ErrorKind::Input`] when nothing can be compared.
-    pub fn audit(&self, cad: &Cad, options: &AuditOptions) -> Result<Audit, Error> {
-        let is_same = self.provenance.cad_sha256 == cad.sha256;
-        let chosen = origin(&self.provenance, &cad.model)?;
-        let mut model = self.model.clone();
-        let mut found = if let Some(chosen) = &chosen {
-            let reference = ChosenReference::new(chosen);
-            if !is_same {
-                model.faces = reference.faces_of(&model);
-            }
-            audit(&model, &reference, options)?
-        } else {
-            let reference = CadReference::new(&cad.model);
-            if !is_same {
-                model.faces = reference.faces_of(&model);
-            }
-            audit(&model, &reference, options)?
-        };
-        found.report.doubts = doubts(&found.report);
-        Ok(found)
     }
 
     /// Points [mm] and triangles of a picture of the patches, `divisions` >= 1 a side; neighbours share no points.

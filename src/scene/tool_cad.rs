@@ -12,7 +12,7 @@ use crate::tool::selection::FaceSelection;
 pub struct ToolCad {
     /// IGES or STEP file, relative to the scene.
     pub file: String,
-    /// Largest shape error (Eq. 24) [mm], > 0. The tool has the fewest patches found within it.
+    /// Largest shape error (Eq. 24) [mm], 1e-6 or above. The tool has the fewest patches found within it.
     #[serde(default = "tolerance")]
     pub tol_mm: f64,
     /// Bodies of the file that make the tool: numbers from 1, or names with `*` and `?`. Default: all. An item that begins
@@ -52,6 +52,9 @@ pub enum SheetSurface {
     Upper,
 }
 
+/// Least shape error that can be asked for [mm]: files have coordinates of about this accuracy.
+const TOLERANCE_MIN_MM: f64 = 1e-6;
+
 /// Default of the shape error [mm]: a hundredth of a sheet of 1 mm, below what gauges of dies resolve.
 fn tolerance() -> f64 {
     0.01
@@ -82,8 +85,8 @@ impl ToolCad {
                 return Err((format!("{place}.{key}"), format!("{text:?}"), allowed));
             }
         }
-        if !(self.tol_mm > 0.0 && self.tol_mm.is_finite()) {
-            return fault("tol_mm", self.tol_mm, "a length above 0");
+        if !(TOLERANCE_MIN_MM..f64::INFINITY).contains(&self.tol_mm) {
+            return fault("tol_mm", self.tol_mm, "1e-6 or above");
         }
         match self.offset_mm {
             Some(d) if !d.is_finite() => fault("offset_mm", d, "a finite length"),

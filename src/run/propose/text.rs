@@ -124,15 +124,15 @@ impl Layout {
             "_tools",
             "`direction` points from the tool to the sheet. Each tool is moved along it until it touches the sheet. `friction` is that of lubricated steel: give your own.",
         );
-        out.push_str("  \"tools\": [\n");
         if self.tools.iter().any(|tool| tool.cad.is_some()) {
             comment(
                 out,
                 1,
                 "_cad",
-                "`cad` is the CAD from which `kanagata run` makes the tool file, within the shape error `tol_mm`.",
+                "`cad` is the CAD from which the tool file is made, within the shape error `tol_mm`.",
             );
         }
+        out.push_str("  \"tools\": [\n");
         let line = |tool: &PlacedTool| {
             // Serialisation of texts and numbers does not fail.
             let cad = tool.cad.as_ref().map(|cad| serde_json::to_string(cad).unwrap_or_default());

@@ -14,7 +14,7 @@ fn run(scene: &Path, folder: &Path) -> Result<Run, Error> {
         println!("{:4.0} %  {:?} N", 100.0 * progress.done, progress.row.force_n);
     })?;
     println!("{:?}, doubts {:?}", run.verdict(), run.doubts());
-    for (time, file) in run.steps()? {
+    for (time, file) in run.steps() {
         println!("  {time}: {}", file.display());
     }
     Ok(run)

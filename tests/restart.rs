@@ -48,15 +48,20 @@ fn finished(output: &Output) -> bool {
 /// All that a run leaves, but for times and charts made of them.
 fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut files = vec!["history.csv".into(), "iterations.csv".into(), "run.pvd".into()];
-    let steps = fs::read_dir(folder.join("steps")).unwrap();
-    files.extend(steps.map(|e| format!("steps/{}", e.unwrap().file_name().to_string_lossy())));
+    for inner in ["steps", "tools"] {
+        let grids = fs::read_dir(folder.join(inner)).unwrap();
+        files
+            .extend(grids.map(|e| format!("{inner}/{}", e.unwrap().file_name().to_string_lossy())));
+    }
     files.sort();
     let mut results: Vec<(String, Vec<u8>)> =
         files.into_iter().map(|f| (f.clone(), fs::read(folder.join(f)).unwrap())).collect();
     // Strain paths are in no grid: the record has what they came to.
     let record = fs::read(folder.join("run.json")).unwrap();
     let record: serde_json::Value = serde_json::from_slice(&record).unwrap();
-    results.push(("formability".into(), record["formability"].to_string().into_bytes()));
+    for key in ["formability", "files"] {
+        results.push((key.into(), record[key].to_string().into_bytes()));
+    }
     results
 }
 

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use super::error::{Error, ErrorKind};
 use crate::files::{Input, read, read_text};
 use crate::report::doubt::Doubt;
-use crate::report::pvd_read::{PvdEntry, parse_pvd};
 use crate::report::record::{History, HistoryRow, RunRecord, Verdict};
 
 /// Progress of a run after an increment; increment 0 is the state before the first.
@@ -96,17 +95,9 @@ impl Run {
     }
 
     /// VTU file of the sheet at every step that was written, with its process time.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Io`] for a folder without `run.pvd`, [`ErrorKind::Input`] for a file of another program.
-    pub fn steps(&self) -> Result<Vec<(f64, PathBuf)>, Error> {
-        let path = self.folder.join("run.pvd");
-        let text = read_text(&path, Input::Description).map_err(|e| {
-            Error::new(ErrorKind::Io, format!("cannot read {}: {e}", path.display()))
-        })?;
-        let entries = parse_pvd(&text)
-            .map_err(|found| Error::input(format!("{}: {found}", path.display())))?;
-        let sheet = entries.into_iter().filter(|entry| entry.part == 0);
-        Ok(sheet.map(|PvdEntry { time, file, .. }| (time, self.folder.join(file))).collect())
+    #[must_use]
+    pub fn steps(&self) -> Vec<(f64, PathBuf)> {
+        let steps = self.record.files.steps.iter();
+        steps.map(|step| (step.time, self.folder.join(&step.sheet))).collect()
     }
 }

@@ -13,11 +13,12 @@ pub mod foreign;
 pub mod page;
 #[cfg(feature = "pages")]
 pub mod plot;
-pub mod pvd_read;
+pub mod pvd;
 pub mod record;
 #[cfg(feature = "pages")]
 pub mod viewer;
 pub mod vtu;
 pub mod vtu_read;
 
-pub use vtu::{CellKind, DataArray, Vtu, write_pvd};
+pub use pvd::{Part, write_pvd};
+pub use vtu::{CellKind, DataArray, Vtu};

@@ -1,4 +1,4 @@
-//! VTK XML files: unstructured grids (`.vtu`) with base64 binary arrays, and time collections (`.pvd`).
+//! VTK XML files of unstructured grids (`.vtu`) with base64 binary arrays.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -30,7 +30,9 @@ pub enum CellKind {
 #[derive(Debug, Clone, PartialEq)]
 enum Values {
     Float(Vec<f64>),
+    Single(Vec<f32>),
     Int(Vec<i32>),
+    Byte(Vec<u8>),
 }
 
 /// A named array of point, cell or field data.
@@ -38,47 +40,90 @@ enum Values {
 pub struct DataArray {
     name: String,
     components: usize,
+    /// Names of the components; empty for none.
+    labels: &'static [&'static str],
     values: Values,
 }
 
+/// Names of the components of a vector, of a symmetric tensor in VTK's order, and of principal values.
+const XYZ: [&str; 3] = ["X", "Y", "Z"];
+const SYMMETRIC: [&str; 6] = ["XX", "YY", "ZZ", "XY", "YZ", "XZ"];
+const PRINCIPAL: [&str; 3] = ["1", "2", "3"];
+
 impl DataArray {
+    fn new(name: impl Into<String>, labels: &'static [&'static str], values: Values) -> Self {
+        Self { name: name.into(), components: labels.len().max(1), labels, values }
+    }
+
     /// One number per point or cell.
     pub fn scalar(name: impl Into<String>, values: Vec<f64>) -> Self {
-        Self { name: name.into(), components: 1, values: Values::Float(values) }
+        Self::new(name, &[], Values::Float(values))
+    }
+
+    /// One number per point or cell, in single precision.
+    pub fn single(name: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
+        Self::new(name, &[], Values::Single(values.into_iter().map(|x| x as f32).collect()))
     }
 
     /// One integer per point or cell.
     pub fn integer(name: impl Into<String>, values: Vec<i32>) -> Self {
-        Self { name: name.into(), components: 1, values: Values::Int(values) }
+        Self::new(name, &[], Values::Int(values))
+    }
+
+    /// One integer from 0 to 255 per point or cell.
+    pub fn byte(name: impl Into<String>, values: Vec<u8>) -> Self {
+        Self::new(name, &[], Values::Byte(values))
     }
 
     /// One vector per point or cell.
     pub fn vector(name: impl Into<String>, values: &[Vec3]) -> Self {
         let flat = values.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
-        Self { name: name.into(), components: 3, values: Values::Float(flat) }
+        Self::new(name, &XYZ, Values::Float(flat))
     }
 
-    /// `components` numbers per point or cell, flattened (a symmetric tensor: 6, as xx yy zz xy yz xz).
-    pub fn tuples(name: impl Into<String>, components: usize, values: Vec<f64>) -> Self {
-        Self { name: name.into(), components, values: Values::Float(values) }
+    /// One vector per point or cell, in single precision.
+    pub fn single_vector(name: impl Into<String>, values: &[Vec3]) -> Self {
+        let flat = values.iter().flat_map(|v| [v.x, v.y, v.z]).map(|x| x as f32);
+        Self::new(name, &XYZ, Values::Single(flat.collect()))
+    }
+
+    /// One symmetric tensor `xx, yy, zz, xy, yz, xz` per point or cell, in single precision.
+    pub fn symmetric(name: impl Into<String>, values: impl Iterator<Item = [f64; 6]>) -> Self {
+        let flat = values.flatten().map(|x| x as f32).collect();
+        Self::new(name, &SYMMETRIC, Values::Single(flat))
+    }
+
+    /// Three principal values per point or cell, in single precision.
+    pub fn principal(name: impl Into<String>, values: impl Iterator<Item = [f64; 3]>) -> Self {
+        let flat = values.flatten().map(|x| x as f32).collect();
+        Self::new(name, &PRINCIPAL, Values::Single(flat))
+    }
+
+    /// Name of the array.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     fn len(&self) -> usize {
         let flat = match &self.values {
             Values::Float(v) => v.len(),
+            Values::Single(v) => v.len(),
             Values::Int(v) => v.len(),
+            Values::Byte(v) => v.len(),
         };
         flat.checked_div(self.components).unwrap_or(0)
     }
 
     fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        let Self { name, labels, .. } = self;
         match &self.values {
-            Values::Float(v) => {
-                write_array(out, &self.name, "Float64", self.components, v, |x| x.to_le_bytes())
+            Values::Float(v) => write_array(out, (name, labels), "Float64", v, |x| x.to_le_bytes()),
+            Values::Single(v) => {
+                write_array(out, (name, labels), "Float32", v, |x| x.to_le_bytes())
             }
-            Values::Int(v) => {
-                write_array(out, &self.name, "Int32", self.components, v, |x| x.to_le_bytes())
-            }
+            Values::Int(v) => write_array(out, (name, labels), "Int32", v, |x| x.to_le_bytes()),
+            Values::Byte(v) => write_array(out, (name, labels), "UInt8", v, |x| x.to_le_bytes()),
         }
     }
 }
@@ -99,9 +144,11 @@ impl DataArray {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Vtu {
     points: Vec<Vec3>,
-    connectivity: Vec<i64>,
-    offsets: Vec<i64>,
+    connectivity: Vec<u32>,
+    offsets: Vec<usize>,
     types: Vec<u8>,
+    /// Whether the points are written in single precision.
+    pub single_points: bool,
     /// Arrays with one tuple per point.
     pub point_data: Vec<DataArray>,
     /// Arrays with one tuple per cell.
@@ -119,8 +166,8 @@ impl Vtu {
 
     /// Appends a cell over the given points.
     pub fn push_cell(&mut self, kind: CellKind, nodes: &[u32]) {
-        self.connectivity.extend(nodes.iter().map(|&n| i64::from(n)));
-        self.offsets.push(self.connectivity.len() as i64);
+        self.connectivity.extend(nodes);
+        self.offsets.push(self.connectivity.len());
         self.types.push(kind as u8);
     }
 
@@ -146,7 +193,6 @@ impl Vtu {
     pub fn write_to(&self, out: &mut dyn Write) -> io::Result<()> {
         check_lengths("point", self.points.len(), &self.point_data)?;
         check_lengths("cell", self.cells(), &self.cell_data)?;
-        let flat: Vec<f64> = self.points.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
         writeln!(out, "<?xml version=\"1.0\"?>")?;
         writeln!(
             out,
@@ -167,11 +213,10 @@ impl Vtu {
             self.cells()
         )?;
         writeln!(out, "<Points>")?;
-        write_array(out, "Points", "Float64", 3, &flat, |x| x.to_le_bytes())?;
+        let points = if self.single_points { DataArray::single_vector } else { DataArray::vector };
+        points("Points", &self.points).write(out)?;
         writeln!(out, "</Points>\n<Cells>")?;
-        write_array(out, "connectivity", "Int64", 1, &self.connectivity, |x| x.to_le_bytes())?;
-        write_array(out, "offsets", "Int64", 1, &self.offsets, |x| x.to_le_bytes())?;
-        write_array(out, "types", "UInt8", 1, &self.types, |x| x.to_le_bytes())?;
+        self.write_cells(out)?;
         writeln!(out, "</Cells>")?;
         for (section, arrays) in [("PointData", &self.point_data), ("CellData", &self.cell_data)] {
             writeln!(out, "<{section}>")?;
@@ -181,6 +226,22 @@ impl Vtu {
             writeln!(out, "</{section}>")?;
         }
         writeln!(out, "</Piece>\n</UnstructuredGrid>\n</VTKFile>")
+    }
+
+    /// Writes the arrays of the cells: ids of four bytes where they are large enough.
+    fn write_cells(&self, out: &mut dyn Write) -> io::Result<()> {
+        let plain = |name| (name, &[][..]);
+        let (ids, ends) = (&self.connectivity, &self.offsets);
+        let fits = i32::try_from(ids.len().max(self.points.len())).is_ok();
+        if fits {
+            write_array(out, plain("connectivity"), "Int32", ids, |id| id.to_le_bytes())?;
+            write_array(out, plain("offsets"), "Int32", ends, |end| (end as u32).to_le_bytes())?;
+        } else {
+            let wide = |id| u64::from(id).to_le_bytes();
+            write_array(out, plain("connectivity"), "Int64", ids, wide)?;
+            write_array(out, plain("offsets"), "Int64", ends, |end| (end as u64).to_le_bytes())?;
+        }
+        write_array(out, plain("types"), "UInt8", &self.types, |kind| kind.to_le_bytes())
     }
 }
 
@@ -194,12 +255,12 @@ fn check_lengths(what: &str, count: usize, arrays: &[DataArray]) -> io::Result<(
     }
 }
 
-/// Writes one array inline: base64 of an eight-byte length and the little-endian numbers.
+/// Writes one array inline: base64 of an eight-byte length and the little-endian numbers. Without names of components it
+/// has one.
 fn write_array<T: Copy, const N: usize>(
     out: &mut dyn Write,
-    name: &str,
+    (name, labels): (&str, &[&str]),
     kind: &str,
-    components: usize,
     values: &[T],
     bytes: impl Fn(T) -> [u8; N],
 ) -> io::Result<()> {
@@ -208,38 +269,17 @@ fn write_array<T: Copy, const N: usize>(
     for &v in values {
         raw.extend(bytes(v));
     }
-    let tuples = values.len().checked_div(components).unwrap_or(0);
-    let shape = if components == 1 {
-        String::new()
-    } else {
-        format!(" NumberOfComponents=\"{components}\"")
-    };
-    writeln!(
-        out,
-        "<DataArray type=\"{kind}\" Name=\"{}\"{shape} NumberOfTuples=\"{tuples}\" format=\"binary\">",
-        escaped(name)
-    )?;
+    write!(out, "<DataArray type=\"{kind}\" Name=\"{}\"", escaped(name))?;
+    if !labels.is_empty() {
+        write!(out, " NumberOfComponents=\"{}\"", labels.len())?;
+    }
+    for (k, label) in labels.iter().enumerate() {
+        write!(out, " ComponentName{k}=\"{label}\"")?;
+    }
+    let tuples = values.len() / labels.len().max(1);
+    writeln!(out, " NumberOfTuples=\"{tuples}\" format=\"binary\">")?;
     out.write_all(STANDARD.encode(raw).as_bytes())?;
     writeln!(out, "\n</DataArray>")
-}
-
-/// Writes a `.pvd` collection: time and file (relative to the collection) of every step, in order.
-///
-/// # Errors
-/// [`WriteError`] when the folder is missing or full.
-pub fn write_pvd(path: &Path, steps: &[(f64, String)]) -> Result<(), WriteError> {
-    write_atomic(path, |out| {
-        writeln!(out, "<?xml version=\"1.0\"?>")?;
-        writeln!(
-            out,
-            "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>"
-        )?;
-        for (time, file) in steps {
-            let file = escaped(file);
-            writeln!(out, "<DataSet timestep=\"{time}\" group=\"\" part=\"0\" file=\"{file}\"/>")?;
-        }
-        writeln!(out, "</Collection>\n</VTKFile>")
-    })
 }
 
 #[cfg(test)]
@@ -273,7 +313,32 @@ mod tests {
         assert_eq!(decode(&text, "u").len(), 72);
         assert_eq!(decode(&text, "face &lt;1&gt;"), (-7i32).to_le_bytes());
         assert_eq!(decode(&text, "types"), [5]);
-        assert_eq!(decode(&text, "offsets"), 3i64.to_le_bytes());
+        assert_eq!(decode(&text, "offsets"), 3i32.to_le_bytes());
+        assert_eq!(decode(&text, "Points").len(), 72);
+        grid.single_points = true;
+        let mut bytes = Vec::new();
+        grid.write_to(&mut bytes).unwrap();
+        assert_eq!(decode(&String::from_utf8(bytes).unwrap(), "Points").len(), 36);
+    }
+
+    #[test]
+    fn tensors_have_named_components_in_the_order_of_vtk() {
+        let mut grid = triangle();
+        let tensor = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        grid.cell_data.push(DataArray::symmetric("s", [tensor].into_iter()));
+        grid.cell_data.push(DataArray::principal("p", [[3.0, 2.0, 1.0]].into_iter()));
+        grid.cell_data.push(DataArray::byte("b", vec![200]));
+        let mut bytes = Vec::new();
+        grid.write_to(&mut bytes).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let names = "ComponentName0=\"XX\" ComponentName1=\"YY\" ComponentName2=\"ZZ\" ComponentName3=\"XY\" \
+                     ComponentName4=\"YZ\" ComponentName5=\"XZ\"";
+        assert!(text.contains(names), "{text}");
+        let single: Vec<u8> = (1..=6).flat_map(|k| (k as f32).to_le_bytes()).collect();
+        assert_eq!(decode(&text, "s"), single);
+        let read = crate::report::vtu_read::parse(text.as_bytes()).unwrap().cell_data;
+        let all: Vec<_> = read.iter().map(|a| (a.components, a.values.clone())).collect();
+        assert_eq!(all, [(6, tensor.into()), (3, vec![3.0, 2.0, 1.0]), (1, vec![200.0])]);
     }
 
     #[test]
@@ -285,16 +350,5 @@ mod tests {
         let message = grid.write(&path).unwrap_err().to_string();
         assert!(message.contains("'thickness' has 1 tuples for 3 points"), "{message}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-    }
-
-    #[test]
-    fn a_collection_lists_its_steps_in_order() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("run.pvd");
-        write_pvd(&path, &[(0.0, "steps/0.vtu".into()), (0.25, "steps/a&b.vtu".into())]).unwrap();
-        let text = std::fs::read_to_string(path).unwrap();
-        let (first, second) =
-            (text.find("steps/0.vtu").unwrap(), text.find("timestep=\"0.25\"").unwrap());
-        assert!(first < second && text.contains("a&amp;b"));
     }
 }

@@ -18,7 +18,7 @@ use crate::scene::Plan;
 use crate::solver::snapshot::SimulationState;
 
 /// Version of the file format.
-const FORMAT_VERSION: u32 = 18;
+const FORMAT_VERSION: u32 = 19;
 const MAGIC: &str = "kanagata-checkpoint";
 
 /// The first line of a file whose other lines have the digest `sha256`.
@@ -232,7 +232,7 @@ mod tests {
             "force_error": 0.0, "energy_error": 0.0, "penetration_mm": 0.0, "inputs": {}});
         let history = crate::report::record::History { tools: Vec::new(), rows: Vec::new() };
         serde_json::from_value(serde_json::json!({"path": path, "record": record, "history": history,
-            "steps": [], "vtu_every": 1, "planes": [], "last_stage": null, "force_scale": 0.0,
+            "vtu_every": 1, "planes": [], "last_stage": null, "force_scale": 0.0,
             "iterations": [], "orders": [], "spent_s": [0.0, 0.0],
             "springback": crate::run::springback::Springback::default(), "scene_doubts": [], "farthest": []}))
         .unwrap()

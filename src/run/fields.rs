@@ -1,9 +1,12 @@
 //! Fields on sheet and tools as VTU grids.
 
 use super::formed::Formed;
+use super::{contact_fields, tensor_fields};
 use crate::geometry::Vec3;
 use crate::report::record::ThicknessRecord;
 use crate::report::{CellKind, DataArray, Vtu};
+use crate::solver::NodeContact;
+use crate::solver::assembly::Body;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::tool::{Patch, ToolModel};
 
@@ -39,32 +42,50 @@ pub fn thickness(mesh: &HexMesh, displacements: &[f64]) -> Option<ThicknessRecor
     })
 }
 
-/// The deformed sheet: displacement, thickness and contact force at nodes; strains, plastic strain and stress of
-/// elements. Points are current positions.
+/// The sheet after an increment.
+#[derive(Clone, Copy)]
+pub struct SheetState<'a> {
+    /// The sheet with the history of this state.
+    pub body: &'a Body,
+    /// Displacements, three per node [mm].
+    pub displacements: &'a [f64],
+    /// Contact forces, three per node [N]; empty if unknown.
+    pub contact_forces: &'a [f64],
+    /// Nodes in contact; `None` if unknown.
+    pub contacts: Option<&'a [NodeContact]>,
+}
+
+/// The deformed sheet with the arrays of `docs/reference/vtu.md`. Points are current positions.
 #[must_use]
-pub fn sheet(
-    mesh: &HexMesh,
-    displacements: &[f64],
-    contact_forces: &[f64],
-    formed: &Formed,
-) -> Vtu {
+pub fn sheet(state: &SheetState<'_>, formed: &Formed) -> Vtu {
+    let (mesh, displacements) = (state.body.mesh(), state.displacements);
     let positions = positions(mesh, displacements);
-    let by_column = column_thickness(mesh, &positions);
     let levels = mesh.nodes_per_column.max(1);
+    let by_column = column_thickness(mesh, &positions);
+    let normals = contact_fields::normals(mesh, &positions);
     let thickness = (0..positions.len()).map(|node| by_column[node / levels]).collect();
+    let normals: Vec<Vec3> = (0..positions.len()).map(|node| normals[node / levels]).collect();
     let vectors = |flat: &[f64]| -> Vec<Vec3> {
         flat.chunks_exact(3).map(|v| Vec3::new(v[0], v[1], v[2])).collect()
     };
+    let mut data = vec![
+        DataArray::vector("displacement_mm", &vectors(displacements)),
+        DataArray::scalar("thickness_mm", thickness),
+        DataArray::single_vector("normal", &normals),
+    ];
+    if state.contact_forces.len() == displacements.len() {
+        data.push(DataArray::vector("contact_force_n", &vectors(state.contact_forces)));
+    }
+    if let Some(contacts) = state.contacts {
+        data.extend(contact_fields::arrays(mesh, &positions, contacts));
+    }
     let mut grid = Vtu::new(positions);
     for element in &mesh.elements {
         grid.push_cell(CellKind::Hexahedron, element);
     }
-    grid.point_data.push(DataArray::vector("displacement_mm", &vectors(displacements)));
-    grid.point_data.push(DataArray::scalar("thickness_mm", thickness));
-    if contact_forces.len() == displacements.len() {
-        grid.point_data.push(DataArray::vector("contact_force_n", &vectors(contact_forces)));
-    }
+    grid.point_data = data;
     grid.cell_data = formed.cell_data();
+    grid.cell_data.extend(tensor_fields::arrays(state.body, displacements));
     grid
 }
 
@@ -100,11 +121,12 @@ pub fn tessellate(model: &ToolModel, divisions: usize, shift: &Vec3) -> (Vec<Vec
     (points, triangles)
 }
 
-/// A tool as a grid of triangles.
+/// A tool as a grid of triangles, its points in single precision.
 #[must_use]
 pub fn tool(model: &ToolModel, divisions: usize, shift: &Vec3) -> Vtu {
     let (points, triangles) = tessellate(model, divisions, shift);
     let mut grid = Vtu::new(points);
+    grid.single_points = true;
     for t in &triangles {
         grid.push_cell(CellKind::Triangle, t);
     }

@@ -37,6 +37,8 @@ impl Formed {
             };
             push("plastic_strain", |state| state.mean.plastic_strain);
             push("plastic_strain_largest", |state| state.largest_plastic_strain);
+            push("plastic_strain_lower", |state| state.face_plastic_strain[0]);
+            push("plastic_strain_upper", |state| state.face_plastic_strain[1]);
             push("stress_mpa", |state| state.mean.equivalent_stress);
             push("pressure_mpa", |state| state.mean.pressure);
         }
@@ -112,7 +114,9 @@ mod tests {
     fn read_back(body: &Body, u: &[f64], name: &str) -> Option<Vec<f64>> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sheet.vtu");
-        let grid: Vtu = fields::sheet(body.mesh(), u, &[], &Formed::of(body, u));
+        let state =
+            fields::SheetState { body, displacements: u, contact_forces: &[], contacts: None };
+        let grid: Vtu = fields::sheet(&state, &Formed::of(body, u));
         grid.write(&path).unwrap();
         let cells = vtu_read::read(&path).unwrap().cell_data;
         cells.into_iter().find(|array| array.name == name).map(|array| array.values)

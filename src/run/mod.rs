@@ -6,6 +6,7 @@
 pub mod advice;
 pub mod build;
 pub mod checkpoint;
+mod contact_fields;
 pub mod cost;
 pub mod draw_in;
 mod earlier_run;
@@ -34,6 +35,7 @@ pub mod springback;
 pub mod status;
 mod strain_path;
 pub mod strains;
+mod tensor_fields;
 
 use std::path::Path;
 use std::time::Instant;
@@ -94,6 +96,7 @@ pub fn run(
     };
     folder.set_holders(&holders);
     folder.set_diagram(diagram);
+    folder.set_tools(plan);
     folder.set_scene_doubts(findings.iter().filter_map(advice::Finding::as_doubt).collect());
     folder.set_excluded_patches(excluded_patches.into_iter());
     let ended = run
@@ -228,9 +231,10 @@ impl Run<'_> {
             notify(&message);
         }
         let unknowns = 3 * simulation.body().mesh().nodes.len();
-        let folder = RunFolder::create(output, plan, scene_path, unknowns)?;
+        let mut folder = RunFolder::create(output, plan, scene_path, unknowns)?;
         checkpoint::remove(output);
-        folder.write_tools(plan, simulation)?;
+        folder.set_tools(plan);
+        folder.write_tools(simulation)?;
         Ok(folder)
     }
 

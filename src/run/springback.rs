@@ -104,6 +104,7 @@ mod tests {
             body,
             displacements: u,
             contact_forces: &[],
+            node_contacts: &[],
         }
     }
 

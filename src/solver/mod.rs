@@ -37,7 +37,7 @@ pub use contact::face_penetration::FacePenetration;
 pub use error::SimulationError;
 pub use limits::{ContactMethod, Limits};
 pub use newton::record::{IterationRecord, convergence_order};
-pub use report::{Control, IncrementReport, RunSummary, ToolReport};
+pub use report::{Control, IncrementReport, NodeContact, RunSummary, ToolReport};
 pub use sheet::supports::Constraints;
 pub use simulation::SimulationSetup;
 pub use stage::description::Stage;

@@ -3,7 +3,9 @@
 use crate::solver::contact::candidate::ContactSet;
 use crate::solver::contact::face_penetration::FacePenetration;
 use crate::solver::error::SimulationError;
-use crate::solver::report::{Control, IncrementReport, REPORTED_DEPTH_REL, ToolReport};
+use crate::solver::report::{
+    Control, IncrementReport, NodeContact, REPORTED_DEPTH_REL, ToolReport,
+};
 use crate::solver::stage::state::Simulation;
 use crate::solver::system::system::System;
 use crate::solver::tools::motion::Motion;
@@ -29,13 +31,13 @@ impl Simulation {
     }
 
     /// Report of the last increment, which ended at this fraction of a stage; `forces` are the contact forces on the
-    /// nodes [N].
+    /// nodes [N], `node_contacts` the nodes in contact.
     fn increment_report<'a>(
         &'a self,
         (stage, share): (usize, f64),
         iterations: usize,
         face_penetration: Option<FacePenetration>,
-        forces: &'a [f64],
+        (forces, node_contacts): (&'a [f64], &'a [NodeContact]),
     ) -> IncrementReport<'a> {
         let sys = &self.sys;
         IncrementReport {
@@ -66,6 +68,7 @@ impl Simulation {
             body: &sys.body,
             displacements: &sys.u,
             contact_forces: forces,
+            node_contacts,
         }
     }
 
@@ -82,8 +85,9 @@ impl Simulation {
     ) -> Result<(), SimulationError> {
         let face_penetration = self.sys.face_penetration();
         let forces = contact_forces(&self.sys);
-        let at = (stage, share);
-        let report = self.increment_report(at, iterations, face_penetration, &forces);
+        let contacts = node_contacts(&self.sys);
+        let (at, contact) = ((stage, share), (&forces[..], &contacts[..]));
+        let report = self.increment_report(at, iterations, face_penetration, contact);
         match observer(&report) {
             Control::Continue => Ok(()),
             Control::Stop => Err(SimulationError::Stopped { increment: self.summary.increments }),
@@ -99,4 +103,14 @@ pub(in crate::solver) fn contact_forces(sys: &System) -> Vec<f64> {
         out[3 * c.node..3 * c.node + 3].copy_from_slice(sys.contact_force(c).as_slice());
     }
     out
+}
+
+/// The nodes in contact, in ascending order.
+fn node_contacts(sys: &System) -> Vec<NodeContact> {
+    let touching = sys.conditions.iter().filter_map(|condition| {
+        let c = &sys.contact.candidates[condition.candidate?];
+        let normal_force = c.foot.normal.dot(&sys.contact_force(c));
+        Some(NodeContact { node: c.node, tool: c.tool, slips: condition.slipping, normal_force })
+    });
+    touching.collect()
 }

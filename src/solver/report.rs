@@ -73,6 +73,19 @@ pub struct ToolReport {
     pub contacts: usize,
 }
 
+/// A node in contact.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct NodeContact {
+    /// The node.
+    pub node: usize,
+    /// Index of the tool.
+    pub tool: usize,
+    /// Whether the node slips: it is counted in [`IncrementReport::slipping`].
+    pub slips: bool,
+    /// Force of the tool along its normal, positive in compression [N].
+    pub normal_force: f64,
+}
+
 /// Report to the observer of a run after every converged increment (and once before the first).
 #[derive(Debug, Clone)]
 pub struct IncrementReport<'a> {
@@ -129,6 +142,8 @@ pub struct IncrementReport<'a> {
     pub displacements: &'a [f64],
     /// Contact forces on the nodes, three a node [N].
     pub contact_forces: &'a [f64],
+    /// The nodes in contact, in ascending order.
+    pub node_contacts: &'a [NodeContact],
 }
 
 impl IncrementReport<'_> {

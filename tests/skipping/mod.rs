@@ -10,6 +10,10 @@ pub const GMSH: [&str; 2] =
 #[allow(dead_code, reason = "not every test needs it")]
 pub const MESHIO: [&str; 2] =
     ["Python with meshio", "run tools/setup, or name the Python in KANAGATA_PYTHON"];
+/// What tests with PyVista and VTK need, and how to get it.
+#[allow(dead_code, reason = "not every test needs it")]
+pub const PYVISTA: [&str; 2] =
+    ["Python with PyVista", "run tools/setup --pyvista, or name the Python in KANAGATA_PYTHON"];
 /// What tests of foreign CAD files need, and how to get it.
 #[allow(dead_code, reason = "not every test needs it")]
 pub const CORPUS: [&str; 2] =

@@ -1,6 +1,7 @@
 //! The records of a run folder: `history.csv`, `iterations.csv` and `run.json`.
 
 mod doubts;
+mod files;
 mod formability;
 mod history;
 mod origin;
@@ -18,6 +19,7 @@ use serde::{Deserialize, Serialize};
 use super::doubt::Doubt;
 use crate::files::{WriteError, write_atomic};
 
+pub use files::{FilesRecord, StepFilesRecord};
 pub use formability::{
     FormabilityRecord, LimitMarginRecord, ThinningRecord, TurnedPathsRecord, ZoneShares,
 };
@@ -210,6 +212,9 @@ pub struct RunRecord {
     /// Values of the scene that were set from outside, `PATH=VALUE`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set: Vec<String>,
+    /// Files of the run; empty in files of older programs.
+    #[serde(default)]
+    pub files: FilesRecord,
     /// Number of stages of the scene; 0 in files of older programs.
     #[serde(default)]
     pub stages: usize,

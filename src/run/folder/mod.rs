@@ -1,13 +1,17 @@
 //! The run folder during a run.
 
+mod files;
 mod record;
+mod steps;
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
+use self::files::{COLLECTION, HISTORY, ITERATIONS, LastReport, ToolFile, first_files};
 use super::advice::holder::Holder;
 use super::build::{BUILD, cpu_class};
 use super::error::RunError;
@@ -21,6 +25,7 @@ use super::section::sections;
 use super::springback::Springback;
 use super::strain_path::StrainPaths;
 use super::strains::of_sheet;
+use crate::contact::ToolSurface;
 use crate::files::{WriteError, remove_where, sweep};
 use crate::geometry::Vec3;
 use crate::report::doubt::Doubt;
@@ -28,14 +33,10 @@ use crate::report::record::{
     Energies, ExcludedPatchesRecord, History, HistoryRow, IterationRow, RunRecord, Verdict,
     write_iterations,
 };
-use crate::report::{DataArray, write_pvd};
 use crate::scene::Plan;
 use crate::scene::types::{Section, SymmetryPlane};
 use crate::solver::material::forming_limit::Diagram;
 use crate::solver::{IncrementReport, Simulation};
-
-/// Divisions of a patch in the VTU of its tool.
-const TOOL_DIVISIONS: usize = 6;
 
 /// A run folder and the data written to it.
 #[derive(Serialize, Deserialize)]
@@ -46,7 +47,6 @@ pub struct RunFolder {
     pub record: RunRecord,
     /// Content of `history.csv`.
     pub history: History,
-    steps: Vec<(f64, String)>,
     vtu_every: usize,
     planes: Vec<SymmetryPlane>,
     last_stage: Option<usize>,
@@ -74,11 +74,18 @@ pub struct RunFolder {
     /// Forming limit diagram of the blank.
     #[serde(skip)]
     diagram: Diagram,
+    /// Surfaces of the tools.
+    #[serde(skip)]
+    surfaces: Vec<Arc<ToolSurface>>,
+    /// The last file of each tool.
+    #[serde(default)]
+    tool_files: Vec<ToolFile>,
+    #[serde(default)]
+    last_report: Option<LastReport>,
 }
 
 /// Result files of a run beside `run.json`.
-pub(super) const RESULT_FILES: [&str; 4] =
-    ["history.csv", "iterations.csv", "run.pvd", "report.html"];
+pub(super) const RESULT_FILES: [&str; 4] = [HISTORY, ITERATIONS, COLLECTION, "report.html"];
 
 impl RunFolder {
     /// Creates the folder for the scene file `scene` and writes the first `run.json`.
@@ -100,9 +107,8 @@ impl RunFolder {
         let tools = plan.scene.tools.iter().map(|t| t.name.clone()).collect();
         let folder = Self {
             path: path.to_path_buf(),
-            record: first_record(plan, scene, unknowns),
+            record: RunRecord { files: first_files(), ..first_record(plan, scene, unknowns) },
             history: History { tools, rows: Vec::new() },
-            steps: Vec::new(),
             vtu_every: plan.scene.output.vtu_every,
             planes: plan.scene.symmetry.clone(),
             last_stage: None,
@@ -117,6 +123,9 @@ impl RunFolder {
             necking: Necking::default(),
             strain_paths: StrainPaths::default(),
             diagram: Diagram::default(),
+            surfaces: Vec::new(),
+            tool_files: Vec::new(),
+            last_report: None,
         };
         folder.record.write(&path.join("run.json"))?;
         Ok(folder)
@@ -139,9 +148,10 @@ impl RunFolder {
         append(&mut self.record.build, BUILD);
         append(&mut self.record.cpu, cpu_class());
         // Steps removed since then are dropped from the collection.
-        let (path, steps) = (&self.path, &mut self.steps);
-        steps.retain(|(_, name)| path.join(name).is_file());
-        write_pvd(&path.join("run.pvd"), steps)?;
+        let (path, files) = (&self.path, &mut self.record.files);
+        files.steps.retain(|step| step.paths().all(|file| path.join(file).is_file()));
+        files.last = None;
+        self.write_collection()?;
         Ok(())
     }
 
@@ -158,19 +168,6 @@ impl RunFolder {
         self.record.excluded_patches = what.collect();
     }
 
-    /// Writes each tool at its initial position as `tools/NAME.vtu`.
-    ///
-    /// # Errors
-    /// [`WriteError`] when the folder is missing or full.
-    pub fn write_tools(&self, plan: &Plan, simulation: &Simulation) -> Result<(), WriteError> {
-        let shifts = simulation.tool_shifts();
-        for ((tool, loaded), shift) in plan.scene.tools.iter().zip(&plan.tools).zip(&shifts) {
-            let path = self.path.join("tools").join(format!("{}.vtu", tool.name));
-            fields::tool(loaded.surface.model(), TOOL_DIVISIONS, shift).write(&path)?;
-        }
-        Ok(())
-    }
-
     /// Records a converged increment: a history row, updated records, and a VTU file if one is due.
     ///
     /// # Errors
@@ -185,6 +182,7 @@ impl RunFolder {
             self.record_iterations(report.increment, report.history);
             self.record_convergence(report);
         }
+        self.keep_report(report);
         self.update_record(report, start);
         self.record_holder_lift(report);
         let (mesh, now) = (report.body.mesh(), report.displacements);
@@ -203,18 +201,12 @@ impl RunFolder {
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
         let first = self.last_stage.replace(report.stage).is_none();
         if first || due || report.ends_stage() {
-            let name = format!("steps/{:06}.vtu", report.increment);
-            let mut grid = fields::sheet(mesh, now, report.contact_forces, &formed);
-            grid.cell_data.extend(judged.cell_data());
-            grid.write(&self.path.join(&name))?;
-            if self.steps.last().is_none_or(|(_, last)| *last != name) {
-                self.steps.push((report.time, name));
-            }
-            write_pvd(&self.path.join("run.pvd"), &self.steps)?;
+            let limits = judged.cell_data();
+            self.write_step(report, &formed, limits)?;
         }
         self.record.doubts = self.record.all_doubts(&self.scene_doubts);
-        self.history.write(&self.path.join("history.csv"))?;
-        write_iterations(&self.path.join("iterations.csv"), &self.iterations)?;
+        self.history.write(&self.path.join(HISTORY))?;
+        write_iterations(&self.path.join(ITERATIONS), &self.iterations)?;
         self.record.write(&self.path.join("run.json"))
     }
 
@@ -259,30 +251,7 @@ impl RunFolder {
         self.record.step_cuts = done.cuts;
         self.record.active_set_cycling = done.timings.cycling;
         self.record_iterations(done.increments + 1, simulation.last_attempt());
-        write_iterations(&self.path.join("iterations.csv"), &self.iterations)
-    }
-
-    /// Writes the state of the simulation as `steps/last.vtu`; a field marks the node with the largest residual, if
-    /// given.
-    ///
-    /// # Errors
-    /// [`WriteError`] when the folder is missing or full.
-    pub fn write_last_state(
-        &self,
-        simulation: &Simulation,
-        node: Option<usize>,
-    ) -> Result<(), WriteError> {
-        let mesh = simulation.body().mesh();
-        let forces = simulation.contact_forces();
-        let now = simulation.displacements();
-        let mut grid = fields::sheet(mesh, now, &forces, &Formed::of(simulation.body(), now));
-        grid.cell_data.extend(Judged::new(&self.diagram, of_sheet(mesh, now)).cell_data());
-        if let Some(worst) = node {
-            let mark = |node: usize| if node == worst { 1.0 } else { 0.0 };
-            let marks = (0..mesh.nodes.len()).map(mark).collect();
-            grid.point_data.push(DataArray::scalar("not_converged_here", marks));
-        }
-        grid.write(&self.path.join("steps/last.vtu"))
+        write_iterations(&self.path.join(ITERATIONS), &self.iterations)
     }
 
     /// Records the sections of the sheet: in the last equilibrium with tools, and at the end if the tools were released.

@@ -11,6 +11,7 @@ pub(super) mod evaluation;
 mod foresight;
 mod saved;
 mod states;
+mod tensors;
 mod volume;
 
 pub use axes::AlongNormal;
@@ -18,3 +19,4 @@ pub use body::{Body, BodyError};
 pub use evaluation::{ElementFailure, Evaluation};
 pub use foresight::Foresight;
 pub use states::ElementState;
+pub use tensors::{ElementTensors, Tensors};

@@ -12,6 +12,8 @@ pub struct ElementState {
     pub mean: PointState,
     /// Largest equivalent plastic strain of a point.
     pub largest_plastic_strain: f64,
+    /// Mean equivalent plastic strain of the four points nearest to the lower face, and to the upper face.
+    pub face_plastic_strain: [f64; 2],
 }
 
 impl Body {
@@ -21,15 +23,16 @@ impl Body {
         let len = self.material.state_len();
         self.material.history_layout()?;
         let weights = self.point_weights();
+        let outermost = self.kind.outermost_points();
         let state = |(element, history): (usize, &[f64])| {
             let points = history[..self.kind.point_count() * len].chunks_exact(len);
             let points = points.map(|point| self.material.point_state(point));
             match &weights {
-                Some(weights) => weighted_mean(points.zip(weights.iter().copied())),
+                Some(weights) => weighted_mean(points.zip(weights.iter().copied()), &outermost),
                 None => {
                     let own =
                         self.evaluation_data().geometry[element].iter().map(|point| point.weight);
-                    weighted_mean(points.zip(own))
+                    weighted_mean(points.zip(own), &outermost)
                 }
             }
         };
@@ -42,17 +45,26 @@ impl Body {
     }
 }
 
-/// Weighted means of the points.
-fn weighted_mean(points: impl Iterator<Item = (Option<PointState>, f64)>) -> Option<ElementState> {
+/// Weighted means of the points, with the indices of those nearest to the faces.
+fn weighted_mean(
+    points: impl Iterator<Item = (Option<PointState>, f64)>,
+    outermost: &[[usize; 4]; 2],
+) -> Option<ElementState> {
     let (mut out, mut weight_sum) = (ElementState::default(), 0.0);
-    for (point, weight) in points {
+    let mut face_weights = [0.0; 2];
+    for (index, (point, weight)) in points.enumerate() {
         let point = point?;
+        for face in (0..2).filter(|face| outermost[*face].contains(&index)) {
+            face_weights[face] += weight;
+            out.face_plastic_strain[face] += weight * point.plastic_strain;
+        }
         weight_sum += weight;
         out.mean.plastic_strain += weight * point.plastic_strain;
         out.mean.equivalent_stress += weight * point.equivalent_stress;
         out.mean.pressure += weight * point.pressure;
         out.largest_plastic_strain = out.largest_plastic_strain.max(point.plastic_strain);
     }
+    out.face_plastic_strain.iter_mut().zip(face_weights).for_each(|(sum, all)| *sum /= all);
     let PointState { plastic_strain, equivalent_stress, pressure } = &mut out.mean;
     [plastic_strain, equivalent_stress, pressure].into_iter().for_each(|sum| *sum /= weight_sum);
     Some(out)
@@ -89,10 +101,12 @@ mod tests {
         let shell = ElementKind::SolidShell { points: 5, membrane: true };
         for kind in [ElementKind::Hex8, shell] {
             for angle in [0.0, 0.4] {
-                let ElementState { mean, largest_plastic_strain } =
+                let ElementState { mean, largest_plastic_strain, face_plastic_strain } =
                     strained(kind, angle, 0.0, [0.3, 0.7, 1.0]);
                 assert!(mean.plastic_strain > 0.08, "{mean:?}");
-                assert!((largest_plastic_strain - mean.plastic_strain).abs() < 1e-12);
+                for p in [largest_plastic_strain, face_plastic_strain[0], face_plastic_strain[1]] {
+                    assert!((p - mean.plastic_strain).abs() < 1e-12);
+                }
                 let expected = flow(mean.plastic_strain);
                 assert!((mean.equivalent_stress - expected).abs() < 1e-9 * expected, "{mean:?}");
             }
@@ -105,6 +119,9 @@ mod tests {
         let straight = strained(shell, 0.0, 0.0, [0.3, 0.7, 1.0]);
         let bent = strained(shell, 0.0, 0.1, [0.3, 0.7, 1.0]);
         assert!(bent.largest_plastic_strain > bent.mean.plastic_strain + 0.02, "{bent:?}");
+        let [lower, upper] = bent.face_plastic_strain;
+        assert!(lower < bent.mean.plastic_strain - 0.02 && upper > bent.mean.plastic_strain + 0.02);
+        assert!((upper - bent.largest_plastic_strain).abs() < 1e-3, "{bent:?}");
         let off = bent.mean.plastic_strain - straight.mean.plastic_strain;
         assert!(off.abs() < 5e-3, "{off}");
     }

@@ -17,6 +17,7 @@ mod kernels;
 mod kind;
 pub(crate) mod modes;
 mod nominal;
+mod rotation;
 mod shape;
 pub(crate) mod solid_shell;
 mod tilt;
@@ -25,6 +26,7 @@ pub use exchange::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFail
 pub use kind::ElementKind;
 pub use shape::{PointGeometry, ReferenceCheck, reference_points};
 
+pub(crate) use rotation::rotation;
 pub(crate) use shape::natural_coordinates;
 
 impl ElementKind {

@@ -92,6 +92,15 @@ pub struct PointState {
     pub pressure: f64,
 }
 
+/// State of a point in logarithmic strain space, in the axes of the caller of the law.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct LogState {
+    /// Logarithmic strain `E = ½ ln C`.
+    pub strain: Mandel,
+    /// Stress `T` conjugate to it [MPa].
+    pub stress: Mandel,
+}
+
 /// Failure of a constitutive update. The remedy is always a smaller increment.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -156,6 +165,12 @@ pub trait Material: Send + Sync + std::fmt::Debug {
 
     /// State of a point from its history; `None` for laws without history.
     fn point_state(&self, history: &[f64]) -> Option<PointState> {
+        let _ = history;
+        None
+    }
+
+    /// Strain and stress of a point from its history; `None` for laws without history.
+    fn log_state(&self, history: &[f64]) -> Option<LogState> {
         let _ = history;
         None
     }

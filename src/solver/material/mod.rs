@@ -10,6 +10,7 @@
 
 pub mod at_yield;
 pub mod card;
+pub mod corotational;
 mod eigen;
 pub mod elastic;
 mod error;
@@ -27,6 +28,6 @@ pub mod yld2004;
 
 pub use self::error::MaterialDataError;
 pub use self::law::{
-    HistoryLayout, LogResponse, LogResponses, Material, MaterialError, PointState,
+    HistoryLayout, LogResponse, LogResponses, LogState, Material, MaterialError, PointState,
 };
 pub(crate) use self::turned::RotatedLaw;

@@ -4,12 +4,24 @@ use pulp::Arch;
 
 use super::{BACKSTRESS, EQUIVALENT, LOG_STRAIN, Plastic, STRAIN, quadratic};
 use crate::solver::material::law::{
-    HistoryLayout, LogResponse, LogResponses, Material, MaterialError, PointState, update_single,
+    HistoryLayout, LogResponse, LogResponses, LogState, Material, MaterialError, PointState,
+    update_single,
 };
 use crate::solver::material::yield_function::YieldFunction;
 use crate::solver::numbers::lanes::Eight;
 use crate::solver::numbers::tensor;
-use crate::solver::numbers::tensor::Mandel;
+use crate::solver::numbers::tensor::{Mandel, Mandel66};
+
+impl Plastic {
+    /// Stress `T` of a history, in material axes [MPa].
+    fn stress_in_material_axes(&self, history: &[f64]) -> Mandel {
+        let total: Mandel = std::array::from_fn(|i| history[LOG_STRAIN + i]);
+        let total =
+            self.to_material.as_ref().map_or(total, |rotation| tensor::apply(rotation, &total));
+        let elastic = std::array::from_fn(|i| total[i] - history[STRAIN + i]);
+        self.elastic.stress(&elastic)
+    }
+}
 
 impl Material for Plastic {
     fn state_len(&self) -> usize {
@@ -53,15 +65,20 @@ impl Material for Plastic {
     }
 
     fn point_state(&self, history: &[f64]) -> Option<PointState> {
-        let total: Mandel = std::array::from_fn(|i| history[LOG_STRAIN + i]);
-        let total =
-            self.to_material.as_ref().map_or(total, |rotation| tensor::apply(rotation, &total));
-        let elastic = std::array::from_fn(|i| total[i] - history[STRAIN + i]);
-        let stress = self.elastic.stress(&elastic);
+        let stress = self.stress_in_material_axes(history);
         Some(PointState {
             plastic_strain: history[EQUIVALENT],
             equivalent_stress: self.criterion.equivalent(&stress),
             pressure: -(stress[0] + stress[1] + stress[2]) / 3.0,
+        })
+    }
+
+    fn log_state(&self, history: &[f64]) -> Option<LogState> {
+        let stress = self.stress_in_material_axes(history);
+        let back = |rotation: &Mandel66| tensor::apply(&tensor::transpose(rotation), &stress);
+        Some(LogState {
+            strain: std::array::from_fn(|i| history[LOG_STRAIN + i]),
+            stress: self.to_material.as_ref().map_or(stress, back),
         })
     }
 

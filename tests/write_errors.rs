@@ -76,7 +76,7 @@ fn tools_meshes_and_audits_are_whole_or_not_there() {
 #[test]
 fn a_run_whose_files_do_not_fit_names_the_first_and_leaves_no_part_of_it() {
     for (blocks, elements, name) in
-        [(1, [35, 1], "run.json"), (60, [400, 4], "steps/"), (70, [35, 1], "report.html")]
+        [(1, [35, 1], "run.json"), (60, [400, 4], "steps/"), (95, [35, 1], "report.html")]
     {
         let folder = tempfile::tempdir().unwrap();
         let scene = scene_in(folder.path(), |_, scene| {

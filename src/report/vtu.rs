@@ -99,12 +99,6 @@ impl DataArray {
         Self::new(name, &PRINCIPAL, Values::Single(flat))
     }
 
-    /// Name of the array.
-    #[must_use]
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
     fn len(&self) -> usize {
         let flat = match &self.values {
             Values::Float(v) => v.len(),

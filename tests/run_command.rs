@@ -107,7 +107,7 @@ fn what_cannot_be_made_ends_with_exit_code_2_and_says_why() {
     let folder = folder.path();
     for (key, value, expected) in [
         ("file", json!(fixture("dome/dome.scene.json")), "export the model as IGES 5.3 or STEP"),
-        ("bodies", json!(["9"]), "bodies"),
+        ("bodies", json!(["9"]), "the body '9' is not in the CAD file"),
         ("tol_mm", json!(0), "tools[0].cad.tol_mm"),
         ("sheet_surface", json!("outer"), "sheet_surface"),
         ("layer", json!(["x"]), "layer"),

@@ -96,7 +96,8 @@ mod tests {
             assert!((normal.norm() - 1.0).abs() < 1e-15);
             let rim = mesh.nodes[top as usize].xy().norm() > 19.9;
             let angle = normal.angle(&positions[top as usize]).to_degrees();
-            assert!(angle < if rim { 1.5 } else { 0.2 }, "{angle}");
+            // Elements turn by 1.9 degrees; those around a node of the core's corner are unequal.
+            assert!(angle < if rim { 1.5 } else { 0.25 }, "{angle}");
         }
         let flat = rectangle(2.0, 2.0, 1.0, 2, 2, 1);
         let back = Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0));

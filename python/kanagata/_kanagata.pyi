@@ -59,7 +59,7 @@ class Cad:
         patches: int | None = None,
         time_s: float | None = None,
         arc_divisions: int = 4,
-        edges_on_cad: bool = False,
+        edges_on_cad: bool | None = None,
         independent_borders: bool = False,
         smooth_deg: float = 0.5,
         sheet_side: Literal["+x", "-x", "+y", "-y", "+z", "-z"] | None = None,
@@ -77,7 +77,7 @@ class Cad:
         :param patches: the least error with at most this many patches, in place of the tolerances.
         :param time_s: time for the search [s].
         :param arc_divisions: divisions of a fillet of 90 degrees, without a search.
-        :param edges_on_cad: what Eq. 8 leaves undetermined of an edge follows the CAD.
+        :param edges_on_cad: what Eq. 8 leaves undetermined of an edge follows the CAD; by default with a search.
         :param independent_borders: faces may be divided independently, with gaps within the tolerance.
         :param smooth_deg: angle below which adjacent faces are tangent [degrees].
         :param sheet_side: direction towards the sheet; a tool that looks away from it is reversed.

@@ -387,6 +387,8 @@ class Output(TypedDict):
 
     # Increments between checkpoints; 0: only when the run is stopped.
     checkpoint_every: NotRequired[int]
+    # Sections of the sheet, with the angles and the curl of their walls before and after springback.
+    sections: NotRequired[list["Section"]]
     # Increments between VTU files, which are also written at stage ends; 0: stage ends only.
     vtu_every: NotRequired[int]
 
@@ -453,6 +455,23 @@ class RegionBox(TypedDict):
 
 # Nodes of the undeformed sheet.
 Region = Union["RegionAll", "RegionPlane", "RegionBeyondRadiusMm", "RegionBox"]
+
+
+class Section(TypedDict):
+    """A section: the material line in which a plane cuts the undeformed sheet."""
+
+    # Coordinate of the plane along its normal [mm].
+    at_mm: NotRequired[float]
+    # Normal of the plane.
+    normal: "SectionNormal"
+
+
+# Normal of the plane of a section.
+SectionNormal = Union[Literal['x'], Literal['y']]
+
+
+# Surface of the sheet that a CAD file describes.
+SheetSurface = Union[Literal['lower'], Literal['middle'], Literal['upper']]
 
 
 # Faces of the sheet.
@@ -530,6 +549,8 @@ class SymmetryPlane(TypedDict):
 class Tool(TypedDict):
     """A rigid tool."""
 
+    # CAD from which the tool file is made where it is missing or was made otherwise (`kanagata run`).
+    cad: NotRequired[Union["ToolCad", None]]
     # Positive direction of its travel and of its force on the sheet; need not be a unit vector.
     direction: list[float]
     # Tool file, relative to the scene.
@@ -549,6 +570,32 @@ class Tool(TypedDict):
     # blocks, or the end of a cylinder. It does not push a tool back from its position at the start of a
     # stage, and does not limit prescribed travel.
     stop_mm: NotRequired[Union[float, None]]
+
+
+class ToolCad(TypedDict):
+    """CAD of a tool, from which `kanagata run` makes the tool file. The solver alone does not read it."""
+
+    # Bodies of the file that make the tool: numbers from 1, or names with `*` and `?`. Default: all. An item
+    # that begins with `!` excludes, here and below; faces that all given lists choose are taken.
+    bodies: NotRequired[list[str]]
+    # Colours: `#rrggbb`, a name such as `red`, or `none`.
+    colours: NotRequired[list[str]]
+    # Faces: numbers from 0, ranges as `3-9`, entities as `#120` or `D25`, or names with `*` and `?`.
+    faces: NotRequired[list[str]]
+    # IGES or STEP file, relative to the scene.
+    file: str
+    # Reverses the normals after they are turned towards the sheet, against the direction of the tool.
+    flip: NotRequired[bool]
+    # Layers and groups, by names with `*` and `?`.
+    layers: NotRequired[list[str]]
+    # Offset of the surface [mm] along its normals that look at the sheet, before `flip`: the thickness and
+    # `flip` make the punch of a die.
+    offset_mm: NotRequired[Union[float, None]]
+    # The CAD is this surface of the sheet, not of the tool. The tool is offset by the thickness of the blank,
+    # or half of it.
+    sheet_surface: NotRequired[Union["SheetSurface", None]]
+    # Largest shape error (Eq. 24) [mm], > 0. The tool has the fewest patches found within it.
+    tol_mm: NotRequired[float]
 
 
 class YieldCriterionCriterion(TypedDict):

@@ -62,7 +62,7 @@ impl Cad {
     }
 
     #[pyo3(signature = (*, name = "tool", kind = "nagata", tol_mm = None, normal_tol_deg = None, patches = None, time_s = None,
-        arc_divisions = 4, edges_on_cad = false, independent_borders = false, smooth_deg = 0.5, sheet_side = None, flip = false,
+        arc_divisions = 4, edges_on_cad = None, independent_borders = false, smooth_deg = 0.5, sheet_side = None, flip = false,
         offset_mm = None, sheet_reference = None, thickness_mm = None, faces = None, skip_lost_faces = false))]
     #[expect(clippy::too_many_arguments)]
     fn convert(
@@ -75,7 +75,7 @@ impl Cad {
         patches: Option<usize>,
         time_s: Option<f64>,
         arc_divisions: usize,
-        edges_on_cad: bool,
+        edges_on_cad: Option<bool>,
         independent_borders: bool,
         smooth_deg: f64,
         sheet_side: Option<&str>,

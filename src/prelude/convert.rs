@@ -31,8 +31,8 @@ pub struct ConvertSettings {
     pub time_s: Option<f64>,
     /// Divisions of a fillet of 90 degrees, 1 to 1000, without a search.
     pub arc_divisions: usize,
-    /// Components of edge coefficients that Eq. 8 leaves undetermined follow the CAD.
-    pub edges_on_cad: bool,
+    /// Components of edge coefficients that Eq. 8 leaves undetermined follow the CAD. Default: with a search.
+    pub edges_on_cad: Option<bool>,
     /// Connection of adjacent faces, with a search.
     pub borders: Borders,
     /// Angle between the normals of adjacent faces below which they are one [degrees].
@@ -59,7 +59,7 @@ impl Default for ConvertSettings {
             patches: None,
             time_s: None,
             arc_divisions: 4,
-            edges_on_cad: false,
+            edges_on_cad: None,
             borders: Borders::Conforming,
             smooth_deg: 0.5,
             sheet_side: None,
@@ -86,6 +86,11 @@ impl ConvertSettings {
             || self.time_s.is_some()
     }
 
+    /// Whether edges follow the CAD.
+    pub(super) fn edges_follow_cad(&self) -> bool {
+        self.edges_on_cad.unwrap_or(self.is_refined())
+    }
+
     /// Mesher and its options, for the provenance.
     pub(super) fn describe(&self) -> String {
         let given = [
@@ -101,7 +106,7 @@ impl ConvertSettings {
         } else {
             String::new()
         };
-        let edges = if self.edges_on_cad { " edges=cad" } else { "" };
+        let edges = if self.edges_follow_cad() { " edges=cad" } else { "" };
         let borders =
             if self.borders == Borders::Independent { " borders=independent" } else { "" };
         let side =

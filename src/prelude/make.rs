@@ -134,7 +134,7 @@ fn patches(source: &Source, settings: &ConvertSettings) -> Result<Made, Error> {
     let options = ConvertOptions {
         name: settings.name.clone(),
         kind: settings.kind,
-        through_cad: settings.edges_on_cad,
+        through_cad: settings.edges_follow_cad(),
         smooth_deg: settings.smooth_deg,
         sheet_side: source.side,
         flip: source.flip,
@@ -143,7 +143,7 @@ fn patches(source: &Source, settings: &ConvertSettings) -> Result<Made, Error> {
     };
     let mesh = MappedOptions {
         arc_divisions: settings.arc_divisions,
-        through_cad: settings.edges_on_cad && !settings.is_refined(),
+        through_cad: settings.edges_follow_cad() && !settings.is_refined(),
         ..MappedOptions::default()
     };
     if !settings.is_refined() {

@@ -594,7 +594,7 @@ class ToolCad(TypedDict):
     # The CAD is this surface of the sheet, not of the tool. The tool is offset by the thickness of the blank,
     # or half of it.
     sheet_surface: NotRequired[Union["SheetSurface", None]]
-    # Largest shape error (Eq. 24) [mm], > 0. The tool has the fewest patches found within it.
+    # Largest shape error (Eq. 24) [mm], 1e-6 or above. The tool has the fewest patches found within it.
     tol_mm: NotRequired[float]
 
 

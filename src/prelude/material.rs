@@ -16,7 +16,7 @@ use crate::solver::material::yield_function::YieldFunction;
 /// let steel = Material::named("mild-steel-neto2012")?;
 /// let (stress, _) = steel.tension(0.1)?;
 /// assert!((stress - 529.5 * (0.00439_f64 + 0.1).powf(0.268)).abs() < 1e-9 * stress);
-/// assert!(steel.limit_curve(1.0)?.is_none());
+/// assert!(steel.limit_curve(1.0)?.is_some());
 /// # Ok::<(), kanagata::prelude::Error>(())
 /// ```
 #[derive(Debug, Clone)]

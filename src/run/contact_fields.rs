@@ -82,7 +82,8 @@ mod tests {
     /// A disc on a sphere of radius 50 mm: the normal at a column is that of the sphere up to the chords.
     #[test]
     fn normals_point_from_the_lower_to_the_upper_face() {
-        let (points, quads) = disc(20.0, 12, 12);
+        // Elements turn by 0.95 degrees; around a corner of the core they are unequal, and the mean of their normals is off.
+        let (points, quads) = disc(20.0, 24, 24);
         let mesh = thickened(&points, &quads, 0.8, 2);
         let turn = nalgebra::Rotation3::from_euler_angles(0.3, 2.0, 0.9).into_inner();
         let at = |x: &Vec3| {
@@ -96,8 +97,7 @@ mod tests {
             assert!((normal.norm() - 1.0).abs() < 1e-15);
             let rim = mesh.nodes[top as usize].xy().norm() > 19.9;
             let angle = normal.angle(&positions[top as usize]).to_degrees();
-            // Elements turn by 1.9 degrees; those around a node of the core's corner are unequal.
-            assert!(angle < if rim { 1.5 } else { 0.25 }, "{angle}");
+            assert!(angle < if rim { 1.5 } else { 0.2 }, "{angle}");
         }
         let flat = rectangle(2.0, 2.0, 1.0, 2, 2, 1);
         let back = Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0));

@@ -3,6 +3,7 @@
 import csv
 import sys
 from pathlib import Path
+from typing import Any, Literal
 
 import kanagata
 
@@ -10,8 +11,9 @@ import kanagata
 def main(root: Path, out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
     cad = kanagata.read_cad(root / "fixtures/forming/hemi_punch_144.igs")
-    rows: list[dict[str, object]] = []
-    for kind, edges_on_cad in [("nagata", False), ("nagata", True), ("facets", False)]:
+    rows: list[dict[str, Any]] = []
+    kinds: list[tuple[Literal["nagata", "facets"], bool]] = [("nagata", False), ("nagata", True), ("facets", False)]
+    for kind, edges_on_cad in kinds:
         for divisions in (1, 2, 4, 8):
             tool = cad.convert(kind=kind, edges_on_cad=edges_on_cad, arc_divisions=divisions)
             error = kanagata.audit(tool, cad)
@@ -26,14 +28,14 @@ def main(root: Path, out: Path) -> None:
         from matplotlib.figure import Figure
     except ImportError:
         return
-    axes = Figure(figsize=(6, 4)).subplots()
+    figure = Figure(figsize=(6, 4))
+    axes = figure.subplots()
     for name in dict.fromkeys(row["kind"] for row in rows):
         mine = [row for row in rows if row["kind"] == name]
         axes.loglog([r["patches"] for r in mine], [r["error_mm"] for r in mine], "o-", label=str(name))
     axes.set(xlabel="patches", ylabel="shape error [mm]")
     axes.legend()
-    assert axes.figure is not None
-    axes.figure.savefig(str(out / "errors.svg"))
+    figure.savefig(str(out / "errors.svg"))
 
 
 if __name__ == "__main__":

@@ -2,13 +2,18 @@
 
 import sys
 from pathlib import Path
+from typing import Literal
 
 import kanagata
 
 
 def main(root: Path, out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
-    for name, side, file in [("die", "+z", "round_die_144.igs"), ("punch", "-z", "hemi_punch_144.igs")]:
+    tools: list[tuple[str, Literal["+z", "-z"], str]] = [
+        ("die", "+z", "round_die_144.igs"),
+        ("punch", "-z", "hemi_punch_144.igs"),
+    ]
+    for name, side, file in tools:
         cad = kanagata.read_cad(root / "fixtures/forming" / file)
         tool = cad.convert(name=name, tol_mm=0.02, sheet_side=side)
         error = kanagata.audit(tool, cad, tol_mm=0.02)

@@ -17,7 +17,7 @@ def force_curve(scene_file: Path, folder: Path, friction: float) -> np.ndarray:
     scene = kanagata.Scene(scene_file, set={f"tools.{name}.friction": friction for name in names})
     columns = scene.run(folder, overwrite=True).arrays()
     drawn = columns["stage"] == "draw"
-    return np.interp(TRAVELS_MM, columns["punch_travel_mm"][drawn], columns["punch_force_n"][drawn])
+    return np.asarray(np.interp(TRAVELS_MM, columns["punch_travel_mm"][drawn], columns["punch_force_n"][drawn]))
 
 
 def main(root: Path, out: Path) -> None:

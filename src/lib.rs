@@ -26,6 +26,7 @@
 //! With `default-features = false` the library reads CAD, meshes, converts, audits and runs scenes. Run folders then hold all
 //! files but `report.html`.
 
+pub mod accuracy;
 pub mod audit;
 pub mod cad;
 pub mod cancel;

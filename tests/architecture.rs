@@ -14,7 +14,7 @@ use imports::{Imports, Module};
 const FLOORS: [&[&str]; 9] = [
     &["cli"],
     &["prelude"],
-    &["study"],
+    &["study", "accuracy"],
     &["run", "convert"],
     &["scene", "audit"],
     &["solver", "mesh"],

@@ -180,6 +180,14 @@ fn bases(folder: &Path) -> Vec<Value> {
             stages.push(json!({"name": "springback", "drive": drive}));
         }),
         with(&|scene| {
+            scene["accuracy"] = json!({"force": 0.5, "thickness": 0.5, "draw_in": 0.5,
+                "draw_in_mm": 1.0, "springback": 0.5, "springback_mm": 1.0});
+            let release = json!({"release": true});
+            let drive = json!({"die": release, "holder": release, "punch": release});
+            let stages = scene["stages"].as_array_mut().unwrap();
+            stages.push(json!({"name": "springback", "drive": drive}));
+        }),
+        with(&|scene| {
             scene["material"]["forming_limit"] = json!({"law": "keeler-brazier", "n": 0.2});
         }),
         with(&|scene| {

@@ -1,6 +1,7 @@
 //! The command lines of both programs, one file per subcommand. [`exit`] has the exit codes and prints errors.
 
-pub mod audit;
+pub mod accuracy;
+mod audit;
 pub mod cad;
 pub mod case;
 pub mod check;

@@ -6,6 +6,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::doubts::print_doubts;
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::quantity::time_s;
 use super::run_summary::print_record;
 use super::stop;
 use super::terminal::{err, out, put};
@@ -14,6 +15,7 @@ use crate::run::folder::row;
 use crate::run::progress_line::{HEADER, json_line, line};
 use crate::run::report::write_from_files;
 use crate::run::{Progress, RunError, RunOptions, WriteReport, completed};
+use crate::scene::accuracy::Accuracy;
 use crate::scene::read::read_with;
 use crate::scene::set_value::SetValue;
 use crate::scene::{Plan, SceneError};
@@ -47,6 +49,14 @@ pub struct RunArgs {
     /// Take DIR although a run on another host seems to work in it; refused for a run that is alive on this host
     #[arg(long)]
     break_lock: bool,
+    /// Refine mesh, layers, points and increments from run to run until the estimated errors are below this: `1%` for
+    /// all, or force=1%,thickness=1%,draw-in=0.1mm,springback=0.05mm; also `accuracy` in the scene. A sequence that was
+    /// stopped is continued
+    #[arg(long, value_name = "ERROR", value_parser = super::accuracy::accuracy)]
+    accuracy: Option<Accuracy>,
+    /// Wall time that the runs for an accuracy may take, as `10min`; the best result within it is given
+    #[arg(long, value_name = "TIME", value_parser = time_s)]
+    budget: Option<f64>,
     /// Exclude what does not change results (tool patches that the sheet cannot touch); run.json lists them
     #[arg(long)]
     auto: bool,
@@ -80,6 +90,51 @@ impl RunArgs {
     /// Values of the scene that are set.
     pub(super) fn set(&self) -> &[SetValue] {
         &self.set
+    }
+
+    /// The folder for the results.
+    pub(super) fn output(&self) -> &Path {
+        &self.output
+    }
+
+    /// Accuracy that is asked for on the command line.
+    pub(super) fn accuracy(&self) -> Option<Accuracy> {
+        self.accuracy
+    }
+
+    /// Wall time of the runs for an accuracy [s].
+    pub(super) fn budget(&self) -> Option<f64> {
+        self.budget
+    }
+
+    /// Whether earlier results are discarded.
+    pub(super) fn overwrites(&self) -> bool {
+        self.overwrite
+    }
+
+    /// Whether a folder of a run elsewhere is taken.
+    pub(super) fn breaks_lock(&self) -> bool {
+        self.break_lock
+    }
+
+    /// Whether patches that the sheet cannot touch are excluded.
+    pub(super) fn excludes(&self) -> bool {
+        self.auto
+    }
+
+    /// Whether the page of a run that is done is written.
+    pub(super) fn writes_report(&self) -> bool {
+        matches!(self.report, When::Always)
+    }
+
+    /// Whether there is a line per increment.
+    pub(super) fn prints_lines(&self) -> bool {
+        self.lines
+    }
+
+    /// Whether standard output is JSON.
+    pub(super) fn prints_json(&self) -> bool {
+        self.json
     }
 
     /// Whether doubts leave the exit code at 0.
@@ -143,6 +198,14 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let plan = read_with(&args.scene, &args.set)?;
     if args.tied {
         stop_with_input();
+    }
+    if args.accuracy.is_some() || plan.scene.accuracy.is_some() {
+        return report(args, &super::accuracy::run(args, &plan)?);
+    }
+    if args.budget.is_some() {
+        return Err(Failure::input(
+            "--budget without an accuracy; allowed: with --accuracy or `accuracy` in the scene",
+        ));
     }
     if !args.restart
         && !args.overwrite
@@ -208,6 +271,7 @@ fn report(args: &RunArgs, record: &RunRecord) -> Result<Exit, Failure> {
         put(&serde_json::to_string(record).map_err(Failure::input)?);
     } else if !args.quiet {
         print_record(record, &args.output);
+        record.accuracy.iter().for_each(super::accuracy::print);
     }
     print_doubts(&record.doubts, args.accept_doubts);
     write_metrics(args)?;
@@ -231,7 +295,7 @@ pub(super) fn stop_with_input() {
 
 const RESOLUTION: u64 = 10_000;
 
-fn progress_bar(quiet: bool) -> ProgressBar {
+pub(super) fn progress_bar(quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
     }
@@ -241,7 +305,7 @@ fn progress_bar(quiet: bool) -> ProgressBar {
     bar
 }
 
-fn show(bar: &ProgressBar, progress: &Progress<'_>) {
+pub(super) fn show(bar: &ProgressBar, progress: &Progress<'_>) {
     let r = progress.report;
     // The tool with the largest travel is shown.
     let watched = r.tools.iter().max_by(|a, b| a.travel.abs().total_cmp(&b.travel.abs()));

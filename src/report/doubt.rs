@@ -60,6 +60,10 @@ codes! {
     MaterialUnits "material-units" "scene"
         "Young's modulus outside 500 to 10^6 MPa; flow stress at 0.2 % outside 5*10^-5 to 0.03 of it; strains of a hardening table above 3"
         "Stresses or strains of the material are not those of a sheet metal: its card is probably in other units than MPa.";
+    /// Estimated errors above those that were asked for.
+    AccuracyNotReached "accuracy-not-reached" "result"
+        "the errors that `accuracy` allows"
+        "The sequence of runs ended before the estimated errors were as small as asked.";
     /// Lengths or forces implausible for a forming process in mm and N.
     SceneUnits "scene-units" "scene"
         "thickness outside 0.01 to 50 mm; blank outside 1 to 20 000 mm; tool over 200 times larger or smaller than the blank; friction above 1; force above the flow stress times the blank's area"

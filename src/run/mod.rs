@@ -38,7 +38,6 @@ pub mod strains;
 mod tensor_fields;
 
 use std::path::Path;
-use std::time::Instant;
 
 use crate::cancel::Section;
 use crate::report::record::{ExcludedPatchesRecord, RunRecord, Verdict};
@@ -54,6 +53,7 @@ pub use inputs::inputs as inputs_of;
 pub use options::{RunOptions, WriteReport};
 
 use folder::RunFolder;
+use resources::Clock;
 
 /// Progress of a run after an increment.
 pub struct Progress<'a> {
@@ -79,7 +79,7 @@ pub fn run(
     options: &RunOptions<'_>,
     watch: &mut dyn FnMut(&Progress<'_>),
 ) -> Result<RunRecord, RunError> {
-    let start = Instant::now();
+    let clock = Clock::start();
     let Prepared { mut simulation, guard, findings, holders, excluded_patches, diagram } =
         prepare(plan, scene_path, options.auto)?;
     let lock = lock_folder(output, options)?;
@@ -88,7 +88,7 @@ pub fn run(
     }
     let section = options.stop.section();
     simulation.set_cancel(options.stop.clone());
-    let run = Run { plan, scene_path, output, options, guard, start, lock };
+    let run = Run { plan, scene_path, output, options, guard, clock, lock };
     let (mut folder, next) = if options.restart {
         run.restored_folder(&mut simulation)?
     } else {
@@ -97,7 +97,8 @@ pub fn run(
     folder.set_holders(&holders);
     folder.set_diagram(diagram);
     folder.set_tools(plan);
-    folder.set_scene_doubts(findings.iter().filter_map(advice::Finding::as_doubt).collect());
+    let doubts = findings.iter().filter_map(advice::Finding::as_doubt);
+    folder.set_scene_doubts(doubts.chain(advice::accuracy::unjudged(plan)).collect());
     folder.set_excluded_patches(excluded_patches.into_iter());
     let ended = run
         .advance_all(&mut simulation, &mut folder, next, watch)
@@ -200,7 +201,7 @@ struct Run<'a> {
     output: &'a Path,
     options: &'a RunOptions<'a>,
     guard: Option<Guard>,
-    start: Instant,
+    clock: Clock,
     lock: Option<lock::Lock>,
 }
 
@@ -251,7 +252,7 @@ impl Run<'_> {
         let error = RunError::ExcludedPatchReached { increment, tool, node, folder: folder_path };
         self.check_lock()?;
         folder.write_last_state(simulation, Some(node))?;
-        folder.finish(Verdict::NotConverged, Some(error.to_string()), self.start)?;
+        folder.finish(Verdict::NotConverged, Some(error.to_string()), &self.clock)?;
         Err(error)
     }
 
@@ -303,10 +304,10 @@ impl Run<'_> {
         let more = simulation.advance(&mut |report| {
             ended = report.ends_stage().then(|| report.stage_name.to_owned());
             let done = (report.stage as f64 + report.share) / stages;
-            watch(&Progress { report, done, elapsed_s: self.start.elapsed().as_secs_f64() });
+            watch(&Progress { report, done, elapsed_s: self.clock.wall_s() });
             let recorded = self
                 .check_lock()
-                .and_then(|()| folder.record_increment(report, self.start).map_err(Into::into));
+                .and_then(|()| folder.record_increment(report, &self.clock).map_err(Into::into));
             write_error = recorded.err();
             if write_error.is_some() { Control::Stop } else { Control::Continue }
         });
@@ -341,7 +342,7 @@ impl Run<'_> {
         let details = |(_, begins)| failure_details(&folder.record, simulation, begins);
         let more = failed.map_or_else(String::new, details);
         let message = outcome.as_ref().err().map(|cause| format!("{cause}{more}"));
-        folder.finish(verdict, message, self.start)?;
+        folder.finish(verdict, message, &self.clock)?;
         if verdict.is_complete() {
             checkpoint::remove(&folder.path);
         }

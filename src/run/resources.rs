@@ -1,7 +1,36 @@
 //! Resources used by a process, and whether it is alive, from `/proc`.
 
+use std::time::Instant;
+
 use crate::files::read_system;
 use crate::report::record::Process;
+
+/// Wall and processor time since the start of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct Clock {
+    start: Instant,
+    cpu_s: f64,
+}
+
+impl Clock {
+    /// Starts now.
+    #[must_use]
+    pub fn start() -> Self {
+        Self { start: Instant::now(), cpu_s: cpu_seconds() }
+    }
+
+    /// Wall time [s].
+    #[must_use]
+    pub fn wall_s(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    /// Processor time of all threads of this process [s].
+    #[must_use]
+    pub fn cpu_s(&self) -> f64 {
+        cpu_seconds() - self.cpu_s
+    }
+}
 
 /// Processor time of all threads of this process [s]; 0 if the system does not report it.
 #[must_use]

@@ -3,7 +3,7 @@
 use super::error::Fault;
 use super::motions::discontinuity;
 use super::rolling;
-use super::types::{Blank, BlankShape, Drive, Scene, SolverLimits};
+use super::types::{Accuracy, Blank, BlankShape, Drive, Scene, SolverLimits};
 use crate::solver::element::ElementKind;
 
 /// Version of the scene format.
@@ -28,6 +28,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
         need(!hold.axes.is_empty(), format!("holds[{k}].axes"), "none".into(), allowed)?;
     }
     check_quality(scene)?;
+    scene.accuracy.as_ref().map_or(Ok(()), Accuracy::check)?;
     scene.output.check()?;
     check_solver(&scene.solver)
 }

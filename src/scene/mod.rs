@@ -4,6 +4,7 @@
 //! and checks a file, loads tools and material, and returns a [`Plan`]. [`setup`] turns a plan into the input of the
 //! solver.
 
+pub mod accuracy;
 pub mod blank;
 pub mod check;
 pub mod comments;

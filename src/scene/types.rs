@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::de::{self, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
+pub use super::accuracy::Accuracy;
 pub use super::course::Course;
 pub use super::drive::{Drive, Spring};
 pub use super::output::{Output, Section};
@@ -49,6 +50,9 @@ pub struct Scene {
     /// Limits of quality of the part. Each that is exceeded is a doubt, and the run ends with exit code 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quality: Option<Quality>,
+    /// Errors that a sequence of runs may leave in the results.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Accuracy>,
 }
 
 /// The format tag of a scene file.

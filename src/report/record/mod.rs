@@ -1,5 +1,6 @@
 //! The records of a run folder: `history.csv`, `iterations.csv` and `run.json`.
 
+mod accuracy;
 mod doubts;
 mod files;
 mod formability;
@@ -19,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use super::doubt::Doubt;
 use crate::files::{WriteError, write_atomic};
 
+pub use accuracy::{AccuracyRecord, QuantityRecord, SequenceEnd, SequenceRunRecord};
 pub use files::{FilesRecord, StepFilesRecord};
 pub use formability::{
     FormabilityRecord, LimitMarginRecord, ThinningRecord, TurnedPathsRecord, ZoneShares,
@@ -197,6 +199,9 @@ pub struct RunRecord {
     /// Springback from the last equilibrium with tools to the current one without; absent while tools are present.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springback: Option<SpringbackRecord>,
+    /// Estimated errors, of a run that ends a sequence of runs to an accuracy.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyRecord>,
     /// Sections of the sheet that the scene asks for, at the end of the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sections: Vec<SectionRecord>,

@@ -1,5 +1,6 @@
 //! Findings about a scene before it runs: errors, doubts, and choices that cost accuracy or time.
 
+pub(in crate::run) mod accuracy;
 mod clamping;
 mod clearance;
 mod coincident_nodes;
@@ -38,6 +39,7 @@ use crate::solver::reach::reachable;
 use crate::solver::{Motion, SimulationSetup};
 
 pub use finding::{Conversion, Finding, Level, sort};
+pub use radii::longest_element;
 
 /// Findings of a scene with placed tools that make the result of a run doubtful, and errors. `ratio` as in [`advice`].
 #[must_use]
@@ -54,6 +56,7 @@ fn doubts_at(
 ) -> Vec<Finding> {
     let mut out: Vec<Finding> = material::finding(&plan.card).into_iter().collect();
     quality::findings(plan, &mut out);
+    accuracy::findings(plan, &mut out);
     sections::findings(plan, setup, &mut out);
     units::findings(setup, &mut out);
     out.extend(magnitudes::friction_not_given(plan));
@@ -102,6 +105,7 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, ratio: f64, cost: &Cost) -> 
     let mut out = doubts_at(plan, setup, &sizes, &kept);
     out.extend(symmetry::unused(plan, setup, cost));
     out.extend(quality::thick_blank(plan));
+    out.extend(accuracy::note(plan));
     let sharpest = radii::sharpest(setup, &kept);
     elements::findings(plan, setup, (sizes.mean, sharpest), cost, &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {

@@ -45,7 +45,7 @@ pub(super) fn thick_blank(plan: &Plan) -> Option<Finding> {
 }
 
 /// Whether all tools are released or absent in a stage.
-fn has_free_stage(scene: &Scene) -> bool {
+pub(super) fn has_free_stage(scene: &Scene) -> bool {
     let mut away = vec![false; scene.tools.len()];
     scene.stages.iter().any(|stage| {
         for (tool, away) in scene.tools.iter().zip(&mut away) {

@@ -8,6 +8,7 @@ use crate::contact::ToolSurface;
 use crate::geometry::{Aabb, Vec3};
 use crate::report::doubt::{DoubtCode, place_mm};
 use crate::run::cost::{Cost, TIME_EXPONENT};
+use crate::solver::reach::reachable;
 use crate::solver::{SimulationSetup, ToolSetup};
 use crate::tool::Patch;
 
@@ -57,6 +58,13 @@ pub(super) fn sharpest(setup: &SimulationSetup, kept: &[Vec<bool>]) -> f64 {
 /// The smallest radius of a surface [mm]; infinite if it is flat.
 pub(in crate::run) fn sharpest_of(surface: &ToolSurface) -> f64 {
     smallest_radius(surface.model().patches.iter())
+}
+
+/// The longest element that does not invert over the smallest radius that the sheet can touch [mm]; infinite if all are
+/// flat.
+#[must_use]
+pub fn longest_element(setup: &SimulationSetup) -> f64 {
+    std::f64::consts::FRAC_PI_2 * sharpest(setup, &reachable(setup)) / ELEMENTS_PER_90_DEG_MIN
 }
 
 fn smallest_radius<'a>(patches: impl Iterator<Item = &'a Patch>) -> f64 {

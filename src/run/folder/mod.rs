@@ -7,7 +7,6 @@ mod steps;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +19,7 @@ use super::first_record::first_record;
 use super::formability::Judged;
 use super::formed::Formed;
 use super::necking::Necking;
-use super::resources::{cpu_seconds, peak_megabytes, this_process};
+use super::resources::{Clock, peak_megabytes, this_process};
 use super::section::sections;
 use super::springback::Springback;
 use super::strain_path::StrainPaths;
@@ -175,7 +174,7 @@ impl RunFolder {
     pub fn record_increment(
         &mut self,
         report: &IncrementReport<'_>,
-        start: Instant,
+        clock: &Clock,
     ) -> Result<(), WriteError> {
         if report.increment > 0 {
             self.history.rows.push(row(report));
@@ -183,7 +182,7 @@ impl RunFolder {
             self.record_convergence(report);
         }
         self.keep_report(report);
-        self.update_record(report, start);
+        self.update_record(report, clock);
         self.record_holder_lift(report);
         let (mesh, now) = (report.body.mesh(), report.displacements);
         let formed = Formed::of(report.body, now);
@@ -273,7 +272,7 @@ impl RunFolder {
         &mut self,
         verdict: Verdict,
         message: Option<String>,
-        start: Instant,
+        clock: &Clock,
     ) -> Result<(), WriteError> {
         self.record.verdict = verdict;
         self.record.message = message;
@@ -284,8 +283,8 @@ impl RunFolder {
         if verdict.is_complete() {
             self.record.verdict = self.record.completed_verdict();
         }
-        self.record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
-        self.record.cpu_s = self.spent_s[1] + cpu_seconds();
+        self.record.wall_s = self.spent_s[0] + clock.wall_s();
+        self.record.cpu_s = self.spent_s[1] + clock.cpu_s();
         self.record.peak_mb = self.record.peak_mb.max(peak_megabytes());
         self.record.write(&self.path.join("run.json"))
     }

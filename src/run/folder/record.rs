@@ -1,10 +1,8 @@
 //! Updates of `run.json` and `iterations.csv` after a converged increment.
 
-use std::time::Instant;
-
 use super::RunFolder;
 use crate::report::record::{HolderLiftRecord, IterationRow, UnaccountedEnergyRecord};
-use crate::run::resources::{cpu_seconds, peak_megabytes};
+use crate::run::resources::{Clock, peak_megabytes};
 use crate::solver::{IncrementReport, IterationRecord, convergence_order};
 
 impl RunFolder {
@@ -46,7 +44,7 @@ impl RunFolder {
         }
     }
 
-    pub(super) fn update_record(&mut self, report: &IncrementReport<'_>, start: Instant) {
+    pub(super) fn update_record(&mut self, report: &IncrementReport<'_>, clock: &Clock) {
         let record = &mut self.record;
         record.increments = report.increment;
         record.iterations = report.iterations_total;
@@ -62,8 +60,8 @@ impl RunFolder {
         }
         record.buckles = report.buckles;
         record.released_elastic_nmm = report.energies.released_elastic;
-        record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
-        record.cpu_s = self.spent_s[1] + cpu_seconds();
+        record.wall_s = self.spent_s[0] + clock.wall_s();
+        record.cpu_s = self.spent_s[1] + clock.cpu_s();
         record.peak_mb = record.peak_mb.max(peak_megabytes());
         let t = &report.timings;
         record.factorisations = t.factorisations;

@@ -2,6 +2,7 @@
 //! thickness, tools with audits, set-up, and folded at the end diagnostics of the solver. Its contents come from the
 //! simulation at the end of a run, or later from the files of the run folder.
 
+mod accuracy;
 mod border;
 mod contents;
 mod diagnostics;
@@ -80,6 +81,9 @@ fn page(contents: &Contents<'_>) -> Page {
         .as_ref()
         .map_or_else(Vec::new, |sheet| borders(&sheet.mesh, &sheet.positions, &contents.symmetry));
     outcome::answers(&mut page, record, history, &borders);
+    if let Some(record) = &record.accuracy {
+        accuracy::errors(&mut page, record);
+    }
     if let Some(sheet) = &contents.sheet {
         sheet::formed(&mut page, contents, sheet, sheet.thickness());
     }

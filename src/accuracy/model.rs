@@ -1,0 +1,219 @@
+//! Numerical choices of a run as values of its scene.
+
+use std::fmt;
+
+use crate::scene::set_value::SetValue;
+use crate::scene::types::{Blank, BlankShape, Scene};
+use crate::solver::element::ElementKind;
+
+/// Points through the thickness of a solid-shell in the first run, its default.
+const POINTS: u8 = 5;
+
+/// Elements of a sheet in plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlanMesh {
+    /// Elements along x and y of a rectangle.
+    Rectangle([usize; 2]),
+    /// Elements of the core and rings of a quarter disc.
+    QuarterDisc([usize; 2]),
+    /// Elements of the core and rings of a disc.
+    Disc([usize; 2]),
+}
+
+impl PlanMesh {
+    /// The mesh of a blank; `None` for a mesh file.
+    pub(super) fn of(shape: &BlankShape) -> Option<Self> {
+        match *shape {
+            BlankShape::Rectangle { elements, .. } => Some(Self::Rectangle(elements)),
+            BlankShape::QuarterDisc { core, rings, .. } => Some(Self::QuarterDisc([core, rings])),
+            BlankShape::Disc { core, rings, .. } => Some(Self::Disc([core, rings])),
+            BlankShape::Mesh { .. } => None,
+        }
+    }
+
+    /// With `factor` times the elements along each direction; a single element across a strip remains single.
+    pub(super) fn scaled(self, factor: f64) -> Self {
+        let more =
+            |n: usize| if n == 1 { 1 } else { (n as f64 * factor).round().max(2.0) as usize };
+        match self {
+            Self::Rectangle(n) => Self::Rectangle(n.map(more)),
+            Self::QuarterDisc(n) => Self::QuarterDisc(n.map(more)),
+            Self::Disc(n) => Self::Disc(n.map(more)),
+        }
+    }
+
+    /// Elements along both directions.
+    pub(super) fn counts(self) -> [usize; 2] {
+        let (Self::Rectangle(n) | Self::QuarterDisc(n) | Self::Disc(n)) = self;
+        n
+    }
+
+    /// Ratio of the element lengths of `other` to those of this mesh: the larger of both directions.
+    pub(super) fn finer_than(self, other: Self) -> f64 {
+        let pairs = self.counts().into_iter().zip(other.counts());
+        pairs.map(|(a, b)| a as f64 / b.max(1) as f64).fold(0.0, f64::max)
+    }
+}
+
+impl fmt::Display for PlanMesh {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Rectangle([x, y]) => write!(f, "{x} x {y} elements"),
+            Self::QuarterDisc([core, rings]) | Self::Disc([core, rings]) => {
+                write!(f, "core of {core} x {core} elements, {rings} rings")
+            }
+        }
+    }
+}
+
+/// Numerical choices of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// Elements in plan.
+    pub mesh: PlanMesh,
+    /// Layers of elements.
+    pub layers: usize,
+    /// Element formulation with its points through the thickness.
+    pub element: ElementKind,
+    /// Largest increment of each stage as a fraction of it; `None`: as in the scene.
+    pub increments: Option<Vec<f64>>,
+}
+
+impl Model {
+    /// The model of a scene; `None` for a blank from a mesh file.
+    pub(super) fn of(blank: &Blank) -> Option<Self> {
+        let mesh = PlanMesh::of(&blank.shape)?;
+        Some(Self { mesh, layers: blank.layers, element: blank.element, increments: None })
+    }
+
+    /// With the layers and points of a first run: solid-shells bend in one layer, hexahedra need those of the scene.
+    pub(super) fn with_fewest(&self) -> Self {
+        match self.points() {
+            Some(points) => Self { layers: 1, ..self.with_points(points.min(POINTS)) },
+            None => self.clone(),
+        }
+    }
+
+    /// Points through the thickness of a layer, if the element has a choice.
+    pub(super) fn points(&self) -> Option<u8> {
+        match self.element {
+            ElementKind::SolidShell { points, .. } => Some(points),
+            _ => None,
+        }
+    }
+
+    /// The same with `points` through the thickness of a layer of solid-shells.
+    pub(super) fn with_points(&self, points: u8) -> Self {
+        let element = match self.element {
+            ElementKind::SolidShell { membrane, .. } => {
+                ElementKind::SolidShell { points, membrane }
+            }
+            other => other,
+        };
+        Self { element, ..self.clone() }
+    }
+
+    /// The values of the scene that give this model, and the key `accuracy` removed.
+    ///
+    /// # Errors
+    /// Never for a scene that has been read; the text of a path that is none.
+    pub(super) fn set(&self, scene: &Scene) -> Result<Vec<SetValue>, String> {
+        let mut out = Vec::new();
+        let mut put = |path: &str, value: String| -> Result<(), String> {
+            out.push(SetValue::new(path, &value)?);
+            Ok(())
+        };
+        put("accuracy", "null".into())?;
+        match self.mesh {
+            PlanMesh::Rectangle([x, y]) => {
+                put("blank.shape.rectangle.elements", format!("[{x},{y}]"))?;
+            }
+            PlanMesh::QuarterDisc([core, rings]) => {
+                put("blank.shape.quarter_disc.core", core.to_string())?;
+                put("blank.shape.quarter_disc.rings", rings.to_string())?;
+            }
+            PlanMesh::Disc([core, rings]) => {
+                put("blank.shape.disc.core", core.to_string())?;
+                put("blank.shape.disc.rings", rings.to_string())?;
+            }
+        }
+        put("blank.layers", self.layers.to_string())?;
+        if let ElementKind::SolidShell { points, membrane } = self.element {
+            let options =
+                format!("{{\"solid-shell\":{{\"points\":{points},\"membrane\":{membrane}}}}}");
+            put("blank.element", options)?;
+        }
+        for (k, largest) in self.increments.iter().flatten().enumerate() {
+            put(&format!("stages[{k}].largest_increment"), largest.to_string())?;
+            if scene.stages[k].first_increment.is_some_and(|first| first > *largest) {
+                put(&format!("stages[{k}].first_increment"), largest.to_string())?;
+            }
+        }
+        Ok(out)
+    }
+
+    /// A name for its folder.
+    pub(super) fn name(&self) -> String {
+        let [a, b] = self.mesh.counts();
+        let points = self.points().map_or_else(String::new, |p| format!("-p{p}"));
+        let increments = self.increments.as_ref().map_or_else(String::new, |all| {
+            let most = all.iter().copied().fold(0.0, f64::max);
+            format!("-i{:.0}", 1.0 / most.max(f64::MIN_POSITIVE))
+        });
+        format!("{a}x{b}-l{}{points}{increments}", self.layers)
+    }
+}
+
+impl fmt::Display for Model {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let layers = if self.layers == 1 { "layer" } else { "layers" };
+        write!(f, "{}, {} {layers}", self.mesh, self.layers)?;
+        if let Some(points) = self.points() {
+            write!(f, " of {points} points")?;
+        }
+        if let Some(all) = &self.increments {
+            let most = all.iter().copied().fold(0.0, f64::max);
+            write!(f, ", increments up to {most:.3} of a stage")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_strip_remains_one_element_wide_and_others_have_at_least_two() {
+        let scaled = |n, factor| PlanMesh::Rectangle(n).scaled(factor).counts();
+        assert_eq!(scaled([70, 1], 0.5), [35, 1]);
+        assert_eq!(scaled([70, 1], 2.0), [140, 1]);
+        assert_eq!(scaled([9, 3], 0.1), [2, 2]);
+        assert_eq!(PlanMesh::Rectangle([30, 20]).finer_than(PlanMesh::Rectangle([10, 10])), 3.0);
+    }
+
+    #[test]
+    fn a_model_sets_the_values_of_its_scene() {
+        let text = r#"{"format": "kanagata-scene", "version": 1, "name": "a", "material": "DC04",
+            "blank": {"shape": {"quarter_disc": {"radius_mm": 10, "core": 4, "rings": 6}}, "thickness_mm": 1},
+            "tools": [{"name": "punch", "file": "punch.tool.json", "direction": [0, 0, -1]}],
+            "stages": [{"name": "draw", "first_increment": 0.2}]}"#;
+        let scene: Scene = serde_json::from_str(text).unwrap();
+        let model = Model::of(&scene.blank).unwrap();
+        let finer = Model {
+            mesh: model.mesh.scaled(2.0),
+            increments: Some(vec![0.05]),
+            layers: 2,
+            ..model.with_points(9)
+        };
+        let mut value: serde_json::Value = serde_json::from_str(text).unwrap();
+        for one in finer.set(&scene).unwrap() {
+            one.apply(&mut value).unwrap();
+        }
+        let set: Scene = serde_json::from_value(value).unwrap();
+        assert_eq!(Model { increments: Some(vec![0.05]), ..Model::of(&set.blank).unwrap() }, finer);
+        let stage = &set.stages[0];
+        assert_eq!((stage.first_increment, stage.largest_increment), (Some(0.05), Some(0.05)));
+        assert_eq!(finer.name(), "8x12-l2-p9-i20");
+    }
+}

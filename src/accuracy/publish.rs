@@ -1,0 +1,60 @@
+//! Results of the best run in the folder of a sequence.
+
+use std::fs;
+use std::path::Path;
+
+use super::error::AccuracyError;
+use super::sequence::Sequence;
+use crate::files::{Input, WriteError, remove_where, write_atomic};
+use crate::report::record::{RunRecord, Verdict};
+
+/// Folder of the runs of a sequence, in the folder of its results.
+pub const RUNS: &str = "accuracy";
+
+impl Sequence {
+    /// Copies the files of the best run into `output`, with the estimated errors in its `run.json`, and returns that
+    /// record.
+    ///
+    /// # Errors
+    /// [`AccuracyError::Results`] for a file of the run that cannot be read, [`AccuracyError::Write`].
+    pub fn publish(&self, output: &Path) -> Result<RunRecord, AccuracyError> {
+        let fault =
+            |path: &Path, found: String| AccuracyError::Results { path: path.into(), found };
+        let path = self.best.join("run.json");
+        let text = crate::files::read(&path, Input::Description);
+        let text = text.map_err(|e| fault(&path, e.to_string()))?;
+        let mut record = RunRecord::parse(&text).map_err(|found| fault(&path, found))?;
+        for inner in ["steps", "tools"] {
+            let folder = output.join(inner);
+            fs::create_dir_all(&folder)
+                .map_err(|source| WriteError { path: folder.clone(), source })?;
+            remove_where(&folder, |name| name.ends_with(".vtu"));
+            let files = fs::read_dir(self.best.join(inner)).into_iter().flatten().flatten();
+            for file in files.filter(|file| file.path().extension().is_some_and(|e| e == "vtu")) {
+                copy(&file.path(), &folder.join(file.file_name()))?;
+            }
+        }
+        for name in ["history.csv", "iterations.csv", "run.pvd"] {
+            let from = self.best.join(name);
+            if from.exists() {
+                copy(&from, &output.join(name))?;
+            }
+        }
+        record.accuracy = Some(self.record.clone());
+        record.doubts.extend(self.record.doubt());
+        if record.verdict == Verdict::Completed && !record.doubts.is_empty() {
+            record.verdict = Verdict::Doubtful;
+        }
+        record.write(&output.join("run.json"))?;
+        Ok(record)
+    }
+}
+
+/// Copies a file, complete or not at all.
+fn copy(from: &Path, to: &Path) -> Result<(), AccuracyError> {
+    let fault =
+        |e: std::io::Error| AccuracyError::Results { path: from.into(), found: e.to_string() };
+    let (mut file, _) = crate::files::open(from, Input::Mesh).map_err(fault)?;
+    write_atomic(to, |w| std::io::copy(&mut file, w).map(drop))?;
+    Ok(())
+}

@@ -1,0 +1,340 @@
+//! The sequence of runs: the first model, its choices, and meshes of growing fineness.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::distance::Quantity;
+use super::error::AccuracyError;
+use super::estimate::MeshError;
+use super::model::{Model, PlanMesh};
+use super::options::Parts;
+use super::quantities::Results;
+use super::records;
+use super::start::start;
+use crate::cancel::Cancel;
+use crate::report::record::{AccuracyRecord, FacePenetrationRecord, SequenceEnd};
+use crate::run::Progress;
+use crate::run::cost::estimate;
+use crate::run::resources::memory_limit_megabytes;
+use crate::scene::Plan;
+use crate::scene::accuracy::Accuracy;
+use crate::scene::preview::SheetCounts;
+use crate::scene::read::read_with;
+use crate::scene::set_value::SetValue;
+
+/// Most runs of a sequence.
+const RUNS_MAX: usize = 16;
+/// Finer first meshes that are tried where the first does not converge.
+const STARTS_MAX: usize = 3;
+/// Multiple of the allowed errors up to which meshes are refined with the first choices: one more mesh then is fine enough.
+/// On a mesh that is far too coarse the effect of increments and layers on a jagged force is not that on a fine mesh; one
+/// that is finer costs what its choices do not need.
+const COARSE: f64 = 3.0;
+/// Fewest meshes with the first choices: three show the order of convergence, and layers have an effect of their own on a
+/// mesh of two elements over a radius, several times that on finer ones.
+const MESHES_MIN: usize = 3;
+/// Part of what choices leave of the allowed error that the next mesh aims at: the observed order scatters.
+const AIM: f64 = 0.8;
+/// Penetration over that of the mesh before, above which a tool counts as sharp. On a radius meshes that are finer by 1.4
+/// halve it.
+const SHARP: f64 = 0.9;
+/// Smallest and largest ratio of successive element lengths. A smaller step tells little about the order, a larger one may
+/// overshoot what is needed by its square in time.
+const RATIO_MIN: f64 = 1.4;
+const RATIO_MAX: f64 = 2.0;
+/// Exponent of the time over the unknowns, until it is measured, and its bounds.
+const TIME_EXPONENT: f64 = 1.5;
+const TIME_EXPONENT_MIN: f64 = 1.0;
+const TIME_EXPONENT_MAX: f64 = 2.0;
+
+/// Limits and permissions of a sequence.
+#[derive(Debug, Clone, Default)]
+pub struct Limits {
+    /// Wall time of all runs [s].
+    pub wall_s: Option<f64>,
+    /// Discard earlier runs.
+    pub overwrite: bool,
+    /// Exclude tool patches that the sheet cannot touch, which does not change results.
+    pub auto: bool,
+    /// Take folders from runs that are not known to be alive on this host.
+    pub break_lock: bool,
+    /// Stop request: the run is stopped with a checkpoint; the same call continues it.
+    pub stop: Cancel,
+}
+
+/// Receives what a sequence does.
+pub trait Observer {
+    /// Run `number` (from 1) of the model begins; `purpose` as in its record. `known`: an earlier run is used.
+    fn begins(&mut self, number: usize, purpose: &str, model: &Model, known: bool);
+    /// Progress of the run.
+    fn progress(&mut self, progress: &Progress<'_>);
+    /// A run did not converge: `why`.
+    fn failed(&mut self, why: &str);
+}
+
+/// The outcome of a sequence.
+#[derive(Debug, Clone)]
+pub struct Sequence {
+    /// Estimated errors and runs.
+    pub record: AccuracyRecord,
+    /// Folder of the run with the smallest errors.
+    pub best: PathBuf,
+}
+
+/// A run that is done.
+#[derive(Debug, Clone)]
+pub(super) struct Done {
+    pub(super) model: Model,
+    pub(super) purpose: &'static str,
+    pub(super) folder: PathBuf,
+    pub(super) set: Vec<String>,
+    pub(super) record: crate::report::record::RunRecord,
+    pub(super) largest_increments: Vec<f64>,
+    /// `None`: it did not converge.
+    pub(super) results: Option<Results>,
+    /// Index of the run that it is compared with.
+    pub(super) against: Option<usize>,
+}
+
+impl Done {
+    /// Results of a run that has converged.
+    pub(super) fn results(&self) -> &Results {
+        self.results.as_ref().expect("only runs that converged are compared")
+    }
+}
+
+/// Runs the scene at `scene` (with `set`) to its accuracy, or to `accuracy` if given; runs are in `folder`.
+///
+/// # Errors
+/// [`AccuracyError`]; runs that are done remain and are used by the next call.
+pub fn run_to_accuracy(
+    scene: &Path,
+    set: &[SetValue],
+    accuracy: Option<Accuracy>,
+    folder: &Path,
+    limits: &Limits,
+    observer: &mut dyn Observer,
+) -> Result<Sequence, AccuracyError> {
+    let plan = read_with(scene, set)?;
+    let asked = accuracy.or(plan.scene.accuracy);
+    let asked = asked.ok_or_else(|| AccuracyError::NoAccuracy { path: scene.into() })?;
+    let setup = {
+        let mut setup = plan.simulation_setup(scene)?;
+        setup.place().map_err(super::records::setup_error)?;
+        setup
+    };
+    let first = start(&plan, &setup);
+    let first = first.ok_or_else(|| AccuracyError::MeshFile { path: scene.into() })?;
+    drop(setup);
+    let mut runner = Runner {
+        scene,
+        set,
+        asked,
+        folder,
+        limits,
+        observer,
+        plan,
+        runs: Vec::new(),
+        parts: Parts::default(),
+        meshes: Vec::new(),
+        coarse: BTreeMap::new(),
+        finest: None,
+        unmeasured: Vec::new(),
+    };
+    let base = runner.first_run(first)?;
+    runner.check_quantities(base)?;
+    runner.meshes.push(base);
+    let ended = runner.refine(COARSE, MESHES_MIN)?;
+    let end = runner.choose_and_refine(ended)?;
+    Ok(runner.outcome(end))
+}
+
+/// A sequence in progress.
+pub(super) struct Runner<'a> {
+    pub(super) scene: &'a Path,
+    pub(super) set: &'a [SetValue],
+    pub(super) asked: Accuracy,
+    pub(super) folder: &'a Path,
+    pub(super) limits: &'a Limits,
+    pub(super) observer: &'a mut dyn Observer,
+    pub(super) plan: Plan,
+    pub(super) runs: Vec<Done>,
+    /// Errors of the choices of the runs in `meshes`.
+    pub(super) parts: Parts,
+    /// Runs that differ in their meshes only, from coarse to fine.
+    pub(super) meshes: Vec<usize>,
+    /// Errors of the finest mesh before the choices changed.
+    pub(super) coarse: BTreeMap<String, MeshError>,
+    /// That mesh, until the next is refined from it.
+    pub(super) finest: Option<PlanMesh>,
+    /// Choices whose error could not be measured.
+    pub(super) unmeasured: Vec<String>,
+}
+
+impl Runner<'_> {
+    /// The first run that converges; finer meshes are tried where it does not.
+    fn first_run(&mut self, first: Model) -> Result<usize, AccuracyError> {
+        let mut model = first;
+        for attempt in 0..STARTS_MAX {
+            let index = self.run(model.clone(), "mesh", None)?;
+            if self.runs[index].results.is_some() {
+                return Ok(index);
+            }
+            if attempt + 1 < STARTS_MAX {
+                model = Model { mesh: model.mesh.scaled(RATIO_MIN), ..model };
+            }
+        }
+        Err(records::not_converged(self.runs.last()))
+    }
+
+    /// Refuses an accuracy of a quantity that the scene does not have.
+    fn check_quantities(&self, base: usize) -> Result<(), AccuracyError> {
+        let results = self.runs[base].results();
+        let refuse =
+            |key, found| Err(AccuracyError::NoQuantity { path: self.scene.into(), key, found });
+        let asked = &self.asked;
+        let explicit = self.plan.scene.accuracy.is_some();
+        if explicit
+            && (asked.springback.is_some() || asked.springback_mm.is_some())
+            && results.springback.is_none()
+        {
+            return refuse(
+                "springback",
+                "no stage releases all tools; add one, or remove this key",
+            );
+        }
+        if explicit
+            && (asked.draw_in.is_some() || asked.draw_in_mm.is_some())
+            && results.border.is_empty()
+        {
+            return refuse(
+                "draw_in",
+                "the blank is not flat and normal to z, and has no draw-in; remove this key",
+            );
+        }
+        Ok(())
+    }
+
+    /// Refines the mesh until the errors are at most `multiple` times those that are allowed, on `fewest` meshes at least.
+    pub(super) fn refine(
+        &mut self,
+        multiple: f64,
+        fewest: usize,
+    ) -> Result<SequenceEnd, AccuracyError> {
+        loop {
+            let last = *self.meshes.last().expect("one at least");
+            let ratio = match self.next_ratio(multiple) {
+                Ok(ratio) => ratio,
+                Err(SequenceEnd::Reached) if self.meshes.len() < fewest => RATIO_MAX,
+                Err(end) => return Ok(end),
+            };
+            let model = self.runs[last].model.clone();
+            let from = self.finest.take().unwrap_or(model.mesh);
+            let next = Model { mesh: from.scaled(ratio), ..model };
+            if let Some(end) = self.exceeded(last, &next)? {
+                return Ok(end);
+            }
+            let index = self.run(next, "mesh", Some(last))?;
+            if self.runs[index].results.is_none() {
+                return Ok(SequenceEnd::NotConverged);
+            }
+            self.meshes.push(index);
+        }
+    }
+
+    /// Ratio of the element lengths of the last mesh to the next; the error: why there is none. After the choices have
+    /// changed, it is that of the last mesh before.
+    fn next_ratio(&self, multiple: f64) -> Result<f64, SequenceEnd> {
+        let results = self.runs[*self.meshes.last().expect("one at least")].results();
+        let errors = if self.meshes.len() < 2 { self.coarse.clone() } else { self.mesh_errors() };
+        if errors.is_empty() {
+            return Ok(RATIO_MAX);
+        }
+        let mut ratio = 0.0_f64;
+        let mut by_options = true;
+        for quantity in Quantity::of(results) {
+            let Some(allowed) = quantity.allowed(&self.asked, results) else { continue };
+            let Some(mesh) = errors.get(&quantity.name()) else { continue };
+            let options = self.parts.sum(&quantity);
+            if mesh.error + options <= multiple * allowed {
+                continue;
+            }
+            by_options &= mesh.error < options && options > allowed;
+            let left = (allowed - options).max(AIM * options);
+            ratio = ratio.max(mesh.ratio_to(AIM * left));
+        }
+        if let Some(finer) = self.ratio_for_penetration(multiple) {
+            (ratio, by_options) = (ratio.max(finer), false);
+        }
+        match ratio {
+            // Nothing is known of the chosen model on this mesh alone.
+            0.0 if self.meshes.len() < 2 => Ok(1.0),
+            0.0 => Err(SequenceEnd::Reached),
+            _ if by_options && self.meshes.len() > 1 => Err(SequenceEnd::Options),
+            ratio => Ok(ratio.clamp(RATIO_MIN, RATIO_MAX)),
+        }
+    }
+
+    /// Ratio that brings the penetration of tools into element faces below `multiple` times what is allowed, in proportion to
+    /// the square of the element length. `None` where it is below, and where the last mesh has not reduced it: at a sharp
+    /// edge it stays, and remains a doubt.
+    fn ratio_for_penetration(&self, multiple: f64) -> Option<f64> {
+        let depth = |k: usize| self.runs[k].record.face_penetration.as_ref().map(|p| p.depth_rel);
+        let (&last, before) = self.meshes.split_last()?;
+        let found = depth(last)?;
+        let falls =
+            before.last().is_none_or(|&k| depth(k).is_none_or(|before| found < SHARP * before));
+        let over = found / FacePenetrationRecord::ALLOWED_REL;
+        (over > multiple && falls).then(|| (over / multiple).sqrt())
+    }
+
+    /// Errors of the last mesh by quantity; empty with one mesh.
+    pub(super) fn mesh_errors(&self) -> BTreeMap<String, MeshError> {
+        let runs: Vec<&Done> = self.meshes.iter().map(|&k| &self.runs[k]).collect();
+        let ratio = |pair: &[&Done]| pair[1].model.mesh.finer_than(pair[0].model.mesh);
+        let ratios: Vec<f64> = runs.windows(2).map(ratio).collect();
+        let error = |quantity: Quantity| {
+            let distance = |pair: &[&Done]| quantity.distance(pair[0].results(), pair[1].results());
+            let distances: Option<Vec<f64>> = runs.windows(2).map(distance).collect();
+            let known = self.coarse.get(&quantity.name()).and_then(|error| error.order);
+            let error = MeshError::new(&distances?, &ratios, known)?;
+            Some((quantity.name(), error))
+        };
+        let results = runs.last().map(|run| Quantity::of(run.results()));
+        results.into_iter().flatten().filter_map(error).collect()
+    }
+
+    /// Why the next run would exceed a limit.
+    pub(super) fn exceeded(
+        &self,
+        last: usize,
+        next: &Model,
+    ) -> Result<Option<SequenceEnd>, AccuracyError> {
+        if self.runs.len() >= RUNS_MAX {
+            return Ok(Some(SequenceEnd::Runs));
+        }
+        let set = self.set_of(next)?;
+        let plan = read_with(self.scene, &set)?;
+        let setup = plan.simulation_setup(self.scene)?;
+        let counts = SheetCounts::of_blank(&plan.scene.blank);
+        let counts = counts.unwrap_or_else(|| SheetCounts::of_mesh(setup.body.mesh()));
+        let cost = estimate(&setup, &counts);
+        if memory_limit_megabytes().is_some_and(|limit| cost.memory_mb > limit) {
+            return Ok(Some(SequenceEnd::Memory));
+        }
+        let Some(allowed) = self.limits.wall_s else { return Ok(None) };
+        let spent: f64 = self.runs.iter().map(|run| run.record.wall_s).sum();
+        let growth = cost.unknowns as f64 / self.runs[last].record.unknowns.max(1) as f64;
+        let expected = self.runs[last].record.wall_s * growth.powf(self.time_exponent());
+        Ok((spent + expected > allowed).then_some(SequenceEnd::Time))
+    }
+
+    /// Exponent of the time over the unknowns, measured on the last two meshes.
+    fn time_exponent(&self) -> f64 {
+        let [.., a, b] = self.meshes[..] else { return TIME_EXPONENT };
+        let (a, b) = (&self.runs[a].record, &self.runs[b].record);
+        let unknowns = (b.unknowns as f64 / a.unknowns.max(1) as f64).ln();
+        let measured = (b.cpu_s / a.cpu_s.max(0.01)).ln() / unknowns.max(0.1);
+        measured.clamp(TIME_EXPONENT_MIN, TIME_EXPONENT_MAX)
+    }
+}

@@ -1,0 +1,186 @@
+//! `run --accuracy`: a sequence of runs to an accuracy, with its progress and its results on the terminal.
+
+use indicatif::ProgressBar;
+
+use super::exit::{Exit, Failure};
+use super::run::{RunArgs, progress_bar, show};
+use super::stop;
+use super::terminal::{err, out, put};
+use crate::accuracy::{AccuracyError, Limits, Model, Observer, run_to_accuracy};
+use crate::report::record::{AccuracyRecord, RunRecord};
+use crate::run::folder::row;
+use crate::run::lock::{self, Attempt};
+use crate::run::progress_line::{HEADER, json_line, line};
+use crate::run::report::write_from_files;
+use crate::run::{Progress, RunError};
+use crate::scene::Plan;
+use crate::scene::accuracy::Accuracy;
+
+/// Parses `1%`, `0.01`, or `force=1%,thickness=1%,draw-in=0.1mm,springback=0.05mm`.
+pub(super) fn accuracy(text: &str) -> Result<Accuracy, String> {
+    if !text.contains('=') {
+        return Ok(Accuracy::of_all(fraction(text)?));
+    }
+    let mut out = Accuracy::default();
+    for part in text.split(',') {
+        let (name, value) =
+            part.split_once('=').ok_or_else(|| format!("found {part:?}; allowed: NAME=ERROR"))?;
+        let length = || super::quantity::length_mm(value).map(Some);
+        match (name.trim(), value.trim().ends_with("mm")) {
+            ("force", false) => out.force = Some(fraction(value)?),
+            ("thickness", false) => out.thickness = Some(fraction(value)?),
+            ("draw-in", false) => out.draw_in = Some(fraction(value)?),
+            ("draw-in", true) => out.draw_in_mm = length()?,
+            ("springback", false) => out.springback = Some(fraction(value)?),
+            ("springback", true) => out.springback_mm = length()?,
+            _ => {
+                return Err(format!(
+                    "found {part:?}; allowed: force, thickness, draw-in and springback as fractions (1%), draw-in and springback also as lengths (0.1mm)"
+                ));
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// A fraction, or a percentage, within the range that can be asked for.
+fn fraction(text: &str) -> Result<f64, String> {
+    use crate::scene::accuracy::{FRACTION_MAX, FRACTION_MIN};
+    let text = text.trim();
+    let (number, size) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+    let value = number.trim().parse::<f64>().ok().map(|x| x * size);
+    value.filter(|x| (FRACTION_MIN..=FRACTION_MAX).contains(x)).ok_or_else(|| {
+        format!("found {text:?}; allowed: {FRACTION_MIN} to {FRACTION_MAX}, or as a percentage: 1%")
+    })
+}
+
+/// Shows the runs of a sequence.
+struct Terminal<'a> {
+    args: &'a RunArgs,
+    bar: ProgressBar,
+    tools: Vec<String>,
+}
+
+impl Observer for Terminal<'_> {
+    fn begins(&mut self, number: usize, purpose: &str, model: &Model, known: bool) {
+        self.bar.set_position(0);
+        if !self.args.is_quiet() {
+            let known = if known { " (done before)" } else { "" };
+            self.bar.suspend(|| out!("run {number}, {purpose}: {model}{known}"));
+            if self.args.prints_lines() {
+                out!("{HEADER}");
+            }
+        }
+    }
+
+    fn progress(&mut self, progress: &Progress<'_>) {
+        match (self.args.prints_lines(), self.args.prints_json()) {
+            (false, false) => show(&self.bar, progress),
+            _ if progress.report.increment == 0 => {}
+            (true, _) => put(&line(&self.tools, &row(progress.report))),
+            (_, true) => put(&json_line(&self.tools, &row(progress.report))),
+        }
+    }
+
+    fn failed(&mut self, why: &str) {
+        self.bar.suspend(|| err!("note: it did not converge: {why}"));
+    }
+}
+
+impl From<AccuracyError> for Failure {
+    fn from(error: AccuracyError) -> Self {
+        match error {
+            AccuracyError::Run(error) => error.into(),
+            AccuracyError::Scene(error) => RunError::Scene(error).into(),
+            AccuracyError::Write(error) => error.into(),
+            AccuracyError::Results { .. } => Self::new(Exit::Io, error),
+            AccuracyError::NotConverged { .. } => Self::new(Exit::NoConvergence, error),
+            _ => Self::input(error),
+        }
+    }
+}
+
+/// Runs the sequence and returns the record of its best run, with the estimated errors.
+pub(super) fn run(args: &RunArgs, plan: &Plan) -> Result<RunRecord, Failure> {
+    let output = args.output();
+    std::fs::create_dir_all(output)
+        .map_err(|source| RunError::Folder { path: output.to_path_buf(), source })?;
+    let lock = match lock::take(&lock::file_in(output), args.breaks_lock())? {
+        Attempt::Acquired(lock) => lock,
+        Attempt::HeldByOther(holder) => {
+            return Err(RunError::Busy { folder: output.to_path_buf(), holder }.into());
+        }
+    };
+    let limits = Limits {
+        wall_s: args.budget(),
+        overwrite: args.overwrites(),
+        auto: args.excludes(),
+        break_lock: args.breaks_lock(),
+        stop: stop::request().clone(),
+    };
+    let mut terminal = Terminal {
+        args,
+        bar: progress_bar(args.is_quiet() || args.prints_lines()),
+        tools: plan.scene.tools.iter().map(|tool| tool.name.clone()).collect(),
+    };
+    let folder = output.join(crate::accuracy::RUNS);
+    let ended =
+        run_to_accuracy(args.scene(), args.set(), args.accuracy(), &folder, &limits, &mut terminal);
+    terminal.bar.finish_and_clear();
+    let record = ended?.publish(output)?;
+    drop(lock);
+    if args.writes_report() {
+        write_from_files(output)?;
+    }
+    Ok(record)
+}
+
+/// Prints the estimated errors.
+pub(super) fn print(record: &AccuracyRecord) {
+    out!(
+        "estimated errors from {} runs, {:.1} s processor ({:.2} times the last run): {}",
+        record.runs.len(),
+        record.cpu_s,
+        record.cpu_s / record.last_cpu_s.max(f64::MIN_POSITIVE),
+        record.end.in_words().0
+    );
+    for q in &record.quantities {
+        let share = 100.0 * q.error / q.value.abs().max(f64::MIN_POSITIVE);
+        let allowed = q.allowed.map_or_else(String::new, |a| format!(", {a:.4} allowed"));
+        let parts: Vec<String> =
+            q.parts.iter().map(|(name, part)| format!("{name} {part:.4}")).collect();
+        out!(
+            "  {:16} {:12.4} {} +- {:.4} ({share:.2} %){allowed}; {}",
+            q.name,
+            q.value,
+            q.unit,
+            q.error,
+            parts.join(", ")
+        );
+    }
+    for name in &record.unmeasured {
+        err!("note: the error of {name} is not known: the run with finer {name} did not converge");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_accuracy_is_one_fraction_or_one_for_every_quantity() {
+        assert_eq!(accuracy("1%"), Ok(Accuracy::of_all(0.01)));
+        assert_eq!(accuracy("0.02"), Ok(Accuracy::of_all(0.02)));
+        let some = accuracy("force=2%,draw-in=0.1mm,springback=5%").unwrap();
+        let expected = Accuracy {
+            force: Some(0.02),
+            draw_in_mm: Some(0.1),
+            springback: Some(0.05),
+            ..Accuracy::default()
+        };
+        assert_eq!(some, expected);
+        for bad in ["", "0", "60%", "x", "force", "force=1mm", "thickness=0", "width=1%", "-1%"] {
+            assert!(accuracy(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -18,9 +18,8 @@ impl ReferenceSurface for LocalReference<'_, '_> {
         face: u32,
         start: Option<Vec2>,
     ) -> Option<(ReferenceFoot, Option<Vec2>)> {
-        let local = start.and_then(|start| self.0.foot_inside(p, face, start));
-        match local {
-            Some(found) => Some((found.foot, Some(found.uv))),
+        match start.and_then(|start| self.0.foot_near(p, face, start)) {
+            Some((foot, uv)) => Some((foot, Some(uv))),
             None => self.0.closest_from(p, face, None),
         }
     }

@@ -83,6 +83,13 @@ impl SearchedFace<'_> {
         self.budget.closest(&self.face.surface, p)
     }
 
+    /// Foot point of a vertex on the face, at the parameters `start` where the mesher knows them: Newton's method from
+    /// there finds a point within the squared distance `enough` [mm^2]. Otherwise the whole surface is searched.
+    pub(super) fn foot(&self, p: &Vec3, start: Option<Vec2>, enough: f64) -> (Vec2, f64) {
+        let near = start.map(|start| self.face.surface.descent(p, start));
+        near.filter(|near| near.1 <= enough).unwrap_or_else(|| self.closest(p))
+    }
+
     /// As [`Self::closest`], faster when `start` is near the foot point.
     pub(super) fn closest_from(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
         self.budget.closest_from(&self.face.surface, p, start)

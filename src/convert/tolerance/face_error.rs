@@ -11,8 +11,9 @@ use super::face_result::FaceResult;
 use super::results::{Evaluated, Evaluations, Key};
 use super::scope::{Scope, shift_face_numbers};
 use super::slide_estimate::Neighbours;
+use super::starts::patch_starts;
 use crate::audit::local::LocalReference;
-use crate::audit::{AuditOptions, CadReference, audit};
+use crate::audit::{AuditOptions, CadReference, audit_from};
 use crate::cad::model::Edge;
 use crate::convert::{ConvertOptions, convert};
 use crate::geometry::{Aabb, Vec3};
@@ -160,6 +161,7 @@ impl<'a> FaceEvaluator<'a> {
     fn evaluate_mesh(&self, f: usize, mesh: &SurfaceMesh) -> Option<Evaluated> {
         let (mut tool, made) = convert(self.plan.model(), mesh, &self.options).ok()?;
         let edge_deviations = self.edge_deviations(f, &tool);
+        let starts = patch_starts(&tool, (self.plan.model(), 0), &mesh.feet);
         shift_face_numbers(&mut tool, self.first);
         if !made.folded.is_empty() {
             return None;
@@ -171,7 +173,7 @@ impl<'a> FaceEvaluator<'a> {
             worst: WORST_PATCHES,
             ..AuditOptions::default()
         };
-        let found = audit(&tool, &LocalReference(self.reference), &options).ok()?;
+        let found = audit_from(&tool, &LocalReference(self.reference), &options, &starts).ok()?;
         let report = &found.report;
         if !report.folded.is_empty() {
             return None;

@@ -11,6 +11,7 @@
 //! - [`independent_borders`], [`single_face`]: faces divided independently, with border gaps within the tolerance
 //! - [`uniform`]: comparison with uniform structured meshes
 //! - [`faults`]: violations of the goal, and the resulting errors
+//! - [`starts`]: starts of the closest-point searches of an audit
 //! - [`closest`]: the model closest to the goal, where the goal is not reached
 //! - [`budget`]: work limit and time limit
 //!
@@ -33,6 +34,7 @@ mod scope;
 mod search;
 mod single_face;
 mod slide_estimate;
+mod starts;
 mod state;
 mod uniform;
 mod vertex_directions;

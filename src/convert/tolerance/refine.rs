@@ -14,11 +14,12 @@ use super::goal::{Borders, Goal, Refined};
 use super::results::CompleteModel;
 use super::scope::{Scope, shift_face_numbers};
 use super::search::Search;
+use super::starts::patch_starts;
 use super::state::State;
-use crate::audit::{Audit, AuditOptions, AuditReport, audit};
+use crate::audit::{Audit, AuditOptions, AuditReport, audit, audit_from};
 use crate::convert::{ConvertOptions, ConvertReport, convert};
 use crate::geometry::Vec3;
-use crate::mesh::SurfaceMesh;
+use crate::mesh::{MeshFeet, SurfaceMesh};
 use crate::tool::ToolModel;
 
 /// Tolerance factor above which a search is made only while the budget is cheap.
@@ -218,7 +219,8 @@ impl Scope<'_> {
         mesh: &SurfaceMesh,
         goal: &Goal,
     ) -> Result<(Refined, Faults), ToleranceError> {
-        let (plain, found) = self.audited(convert(self.plan.model(), mesh, self.options)?, goal)?;
+        let (plain, found) =
+            self.audited(convert(self.plan.model(), mesh, self.options)?, &mesh.feet, goal)?;
         let own = |face: usize| face - self.first as usize;
         let faults = |on_cad: &Refined, refined: &Refined| {
             let above = |report: &AuditReport| faces_above_tolerance(report, goal).into_iter();
@@ -254,19 +256,21 @@ impl Scope<'_> {
     }
 
     /// A converted model of the scope, with the face numbers of the reference, and the errors of its patches on the
-    /// grid of the audit, against the fast reference of the search.
+    /// grid of the audit, against the fast reference of the search. `feet` are those of its mesh.
     pub(super) fn audited(
         &self,
         (mut tool, report): (ToolModel, ConvertReport),
+        feet: &MeshFeet,
         goal: &Goal,
     ) -> Result<(Refined, Audit), ToleranceError> {
+        let starts = patch_starts(&tool, (self.plan.model(), 0), feet);
         shift_face_numbers(&mut tool, self.first);
         let audit_options = AuditOptions {
             tolerance_mm: goal.tol_mm.is_finite().then_some(goal.tol_mm),
             normal_tolerance_deg: goal.normal_deg.is_finite().then_some(goal.normal_deg),
             ..self.estimate()
         };
-        let found = audit(&tool, &self.local_reference(), &audit_options)?;
+        let found = audit_from(&tool, &self.local_reference(), &audit_options, &starts)?;
         let (audit, borders) = (found.report.clone(), Borders::Conforming);
         let (moved_mm, slid_mm) = (0.0, 0.0);
         let saved_all = self.budget.has_saved_all();

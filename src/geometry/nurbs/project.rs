@@ -102,7 +102,7 @@ impl Surface {
         enough: f64,
         closest: impl FnOnce() -> (Vec2, f64),
     ) -> (Vec2, f64) {
-        let near = self.newton(p, start);
+        let near = self.descent(p, start);
         if near.1 <= enough {
             return near;
         }
@@ -131,7 +131,9 @@ impl Surface {
         (last - first).norm_squared().max((middle - first).norm_squared())
     }
 
-    fn newton(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
+    /// Local minimum of the distance reached from `start`, to rounding: parameters and squared distance [mm^2].
+    #[must_use]
+    pub fn descent(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
         descend(|uv| self.derivs(uv), p, start, self.bounds())
     }
 
@@ -140,12 +142,6 @@ impl Surface {
     #[must_use]
     pub fn closest_locally(&self, p: &Vec3, start: Vec2) -> (Vec2, SurfaceDerivs) {
         descend_coarsely(|uv| self.derivs(uv), p, start, self.bounds())
-    }
-
-    /// The domain.
-    fn bounds(&self) -> Bounds {
-        let [u, v] = self.domain();
-        Bounds { low: Vec2::new(u[0], v[0]), high: Vec2::new(u[1], v[1]) }
     }
 
     /// Closest point in the rectangle from `low` to `high`, which should contain a single foot point: the best of 3 x 3

@@ -89,13 +89,18 @@ pub(super) fn angle_deg(a: &Vec3, b: &Vec3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b)).to_degrees()
 }
 
+/// Uncertainty of coordinates over their size: those of files have ten digits. Ten times the value: normals of slivers of
+/// 1e-8 of the distance from the origin are left out.
+const COORDINATE_ROUNDING_REL: f64 = 1e-9;
+
 /// Unit normal `S_eta x S_zeta / |S_eta x S_zeta|`. `None` where the product is rounding only: the derivatives are
-/// parallel, or one is negligible, to within 1e-9. The former occurs at a corner of 180 degrees (two sides on one
+/// parallel, or one is negligible, to within the rounding of the coordinates. The former occurs at a corner of 180 degrees (two sides on one
 /// smooth border), the latter in the middle of a side between two such corners.
 pub(super) fn patch_normal(d: &PatchDerivs) -> Option<Vec3> {
     let cross = d.d1.cross(&d.d2);
     let longest = d.d1.norm().max(d.d2.norm());
-    (cross.norm() > 1e-9 * longest * longest).then(|| unit(cross)).flatten()
+    let rounding = COORDINATE_ROUNDING_REL * (longest + d.s.abs().max());
+    (cross.norm() > rounding * longest).then(|| unit(cross)).flatten()
 }
 
 /// Parameters of an interior point of a patch.

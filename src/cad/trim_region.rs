@@ -21,6 +21,21 @@ impl Piece {
         Self::new(vec![(a, 1.0), (b, 1.0)])
     }
 
+    /// The chord of a segment that is straight to within rounding.
+    fn straightened(self) -> Self {
+        let (a, b) = (self.start(), self.end());
+        let d = b - a;
+        let length = d.norm();
+        let on_chord = |(p, w): &(Vec2, f64)| {
+            let r = p / *w - a;
+            let (off, along) = (d.perp(&r) / length, d.dot(&r) / length);
+            off.abs() <= STRAIGHT_REL * length && (0.0..=length).contains(&along)
+        };
+        let inner = 1..self.points.len() - 1;
+        let straight = length > 0.0 && self.points[inner].iter().all(on_chord);
+        if straight { Self::line(a, b) } else { self }
+    }
+
     fn start(&self) -> Vec2 {
         self.points[0].0 / self.points[0].1
     }
@@ -178,6 +193,8 @@ pub struct TrimRegion {
     border: f64,
 }
 
+/// Distance of the control points of a segment from its chord, over the length of the chord, up to which it is straight.
+const STRAIGHT_REL: f64 = 1e-12;
 /// Maximum number of control points of a segment: one more than the largest degree of a curve.
 const CONTROL_POINTS_MAX: usize = 26;
 /// Maximum subdivision depth of a segment before a point near it counts as on it.
@@ -254,7 +271,7 @@ fn closed_pieces(ring: &super::model::TrimLoop) -> Vec<Piece> {
     let mut out: Vec<Piece> = Vec::new();
     for bezier in ring.uses.iter().flat_map(|u| u.pcurve.bezier_pieces()) {
         let points = bezier.points().iter().zip(bezier.weights()).map(|(p, &w)| (p * w, w));
-        let piece = Piece::new(points.collect());
+        let piece = Piece::new(points.collect()).straightened();
         if let Some(end) = out.last().map(Piece::end).filter(|&end| end != piece.start()) {
             out.push(Piece::line(end, piece.start()));
         }

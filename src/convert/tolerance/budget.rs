@@ -8,15 +8,15 @@ use std::time::{Duration, Instant};
 /// Work limit of the saving of patches: `SAVING_PATCHES_MAX + SAVING_PATCHES_PER_FACE * faces` evaluated patches. A
 /// search beyond it keeps its divisions. With a tenth of this limit, a ball with a hole takes 164 patches instead of
 /// 100. Doubled: files that reach the limit take twice as long.
-const SAVING_PATCHES_MAX: u64 = 60_000;
+const SAVING_PATCHES_MAX: u64 = 20_000;
 /// Allowance for each face of the model, in evaluated patches; see [`SAVING_PATCHES_MAX`].
 const SAVING_PATCHES_PER_FACE: u64 = 200;
 /// Work at which a search that has not reached the tolerance ends, over the limit of the saving. Doubled: files that
 /// never reach it take twice as long to fail (16 s of processor time for 13 faces).
-const SEARCH_LIMIT_RATIO: u64 = 2;
+const SEARCH_LIMIT_RATIO: u64 = 5;
 /// Cost of a complete model for each of its patches, in evaluated patches. Its vertex motion compares 81 points of a patch
 /// several times; the evaluation of a face compares 25 points once.
-const COMPLETE_PATCH_COST: u64 = 4;
+const COMPLETE_PATCH_COST: u64 = 10;
 
 /// Counters of the work done, and its limits.
 #[derive(Debug)]
@@ -104,7 +104,7 @@ impl Budget {
     }
 
     /// Patches evaluated in the current search.
-    fn evaluated(&self) -> u64 {
+    pub fn evaluated(&self) -> u64 {
         self.evaluated.load(Ordering::Relaxed)
     }
 
@@ -139,7 +139,9 @@ impl Budget {
         if self.is_late(1) {
             return 0;
         }
-        (SEARCH_LIMIT_RATIO * self.saving).saturating_sub(self.total())
+        (std::env::var("KLIM").ok().and_then(|s| s.parse().ok()).unwrap_or(SEARCH_LIMIT_RATIO)
+            * self.saving)
+            .saturating_sub(self.total())
     }
 
     /// True when the search must end.

@@ -34,6 +34,9 @@ const FACTOR_REDUCTION: [f64; 2] = [1.01, 1.5];
 /// Maximum rounds of reducing the factors of faces above the tolerance in the complete model.
 const ROUNDS_MAX: usize = 12;
 
+/// Intervals along a side of a patch at which a complete model is compared during the search; the result is compared at 8.
+/// With 8 here it takes twice as many points.
+const ESTIMATE_SAMPLES: usize = 6;
 /// Number of complete models kept for searches that meet them again.
 const MODELS_KEPT_MAX: usize = 8;
 
@@ -68,6 +71,21 @@ impl Scope<'_> {
         goal: &Goal,
         borders: &[f64],
     ) -> Result<(Refined, State), ToleranceError> {
+        match self.refine_below(evaluator, goal, borders, usize::MAX)? {
+            Some(found) => Ok(found),
+            None => unreachable!("every tolerance factor gives a model or an error"),
+        }
+    }
+
+    /// As [`Self::refine_within`], for a model with fewer than `limit` patches; `None` if there is none. States with more
+    /// are not made into complete models.
+    pub(super) fn refine_below(
+        &self,
+        evaluator: &FaceEvaluator<'_>,
+        goal: &Goal,
+        borders: &[f64],
+        limit: usize,
+    ) -> Result<Option<(Refined, State)>, ToleranceError> {
         let factors: &[f64] = if goal.two_sided { evaluator.tolerance_factors() } else { &[1.0] };
         let mut best: Option<(Refined, State)> = None;
         let mut last = None;
@@ -75,10 +93,10 @@ impl Scope<'_> {
             let is_loose = factor > FACTOR_MAX_UNLESS_CHEAP;
             let allowed =
                 if is_loose { self.budget.is_cheap() } else { self.budget.allows_other_models() };
-            if best.is_some() && !allowed {
+            if (best.is_some() || limit < usize::MAX) && !allowed {
                 break;
             }
-            let limit = best.as_ref().map_or(usize::MAX, |b| b.0.tool.patches.len());
+            let limit = best.as_ref().map_or(limit, |b| b.0.tool.patches.len());
             match self.refine_at_factor(evaluator, goal, (factor, borders), limit) {
                 Ok(Some(found)) => best = Some(found),
                 Ok(None) => {}
@@ -93,9 +111,8 @@ impl Scope<'_> {
             }
         }
         match (best, last) {
-            (Some(best), _) => Ok(best),
             (None, Some(error)) => Err(error),
-            (None, None) => unreachable!("every tolerance factor gives a model or an error"),
+            (best, _) => Ok(best),
         }
     }
 
@@ -240,13 +257,13 @@ impl Scope<'_> {
         if !estimated.is_empty() {
             return Ok((moved, estimated));
         }
-        let moved = self.with_full_audit(moved)?;
+        let moved = self.with_decisive_audit(moved)?;
         let found = faults(&plain, &moved);
         if found.is_empty() {
             return Ok((moved, found));
         }
         // Moved vertices may fold a patch between the points of the estimate.
-        let plain = self.with_full_audit(plain)?;
+        let plain = self.with_decisive_audit(plain)?;
         let unmoved = faults(&plain, &plain);
         if unmoved.is_empty() {
             return Ok((plain, unmoved));
@@ -281,16 +298,28 @@ impl Scope<'_> {
     /// tolerance.
     fn estimate(&self) -> AuditOptions {
         let full = AuditOptions::default();
-        AuditOptions { refine: if self.normals { full.refine } else { 0 }, borders: false, ..full }
+        let refine = if self.normals { full.refine } else { 0 };
+        AuditOptions { samples: ESTIMATE_SAMPLES, refine, areas: false, borders: false, ..full }
     }
 
     /// A model with the complete audit of its patches and borders against the trimmed CAD.
     pub(super) fn with_full_audit(&self, found: Refined) -> Result<Refined, ToleranceError> {
+        self.with_audit(found, AuditOptions::default())
+    }
+
+    /// As [`Self::with_full_audit`], without what no tolerance limits: areas, and the extremes of normal errors where
+    /// normals have no tolerance.
+    pub(super) fn with_decisive_audit(&self, found: Refined) -> Result<Refined, ToleranceError> {
+        let full = AuditOptions::default();
+        self.with_audit(found, AuditOptions { refine_normals: self.normals, areas: false, ..full })
+    }
+
+    fn with_audit(&self, found: Refined, options: AuditOptions) -> Result<Refined, ToleranceError> {
         let options = AuditOptions {
             tolerance_mm: found.audit.tolerance_mm,
             normal_tolerance_deg: found.audit.normal_tolerance_deg,
             borders: self.is_whole(),
-            ..AuditOptions::default()
+            ..options
         };
         let audit = audit(&found.tool, self.reference, &options)?.report;
         Ok(Refined { audit, ..found })

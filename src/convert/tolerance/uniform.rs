@@ -132,7 +132,7 @@ impl Scope<'_> {
             _ => return (ratio, None),
         };
         let within = |found: &Refined| is_valid(found) && goal_ratio(found, goal) <= 1.0;
-        let checked = refined.ok().filter(within).and_then(|r| self.with_full_audit(r).ok());
+        let checked = refined.ok().filter(within).and_then(|r| self.with_decisive_audit(r).ok());
         (ratio, checked.filter(within))
     }
 }

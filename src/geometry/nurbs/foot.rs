@@ -1,6 +1,6 @@
 //! Foot points near known parameters: Newton steps completed with the Taylor polynomial of the surface.
 
-use super::basis::span;
+use super::bezier::BezierPiece;
 use super::derivs::SurfaceDerivs;
 use super::newton::{Bounds, newton_step};
 use super::surface::Surface;
@@ -13,9 +13,9 @@ pub(crate) struct NearFoot {
     pub uv: Vec2,
     /// Point [mm].
     pub point: Vec3,
-    /// First derivative with respect to u.
+    /// First derivative with respect to u, at the nearest parameters of the domain.
     pub su: Vec3,
-    /// First derivative with respect to v.
+    /// First derivative with respect to v, as `su`.
     pub sv: Vec3,
 }
 
@@ -41,10 +41,12 @@ impl Surface {
     ///
     /// `None` where the distance is not convex or the iteration does not end.
     pub(crate) fn foot_near(&self, p: &Vec3, start: Vec2, accuracy_mm: f64) -> Option<NearFoot> {
+        let (bounds, pieces) = (self.bounds(), self.projector());
         let mut x = start;
         for _ in 0..EVALUATIONS_MAX {
-            x = self.bounds().clamp(x);
-            let d = self.derivs(x);
+            x = bounds.clamp(x);
+            let piece = pieces.piece_at(x)?;
+            let d = piece.derivs_at(x);
             let r = d.s - p;
             let hessian = [
                 d.su.norm_squared() + r.dot(&d.suu),
@@ -52,31 +54,14 @@ impl Surface {
                 d.sv.norm_squared() + r.dot(&d.svv),
             ];
             let step = newton_step(hessian, Vec2::new(r.dot(&d.su), r.dot(&d.sv)), [false; 2])?;
-            let (foot, error) = taylor(&d, x, step);
+            let (foot, error) = taylor(&d, x, step, &bounds);
             let allowed = accuracy_mm.max(DISTANCE_ERROR_REL * (foot.point - p).norm());
-            if error <= allowed && self.holds_at(x, step) {
+            if error <= allowed && holds_at(piece, &bounds, x, step) {
                 return Some(foot);
             }
             x += step;
         }
         None
-    }
-
-    /// True when the Taylor polynomial at `x` holds after `step`.
-    fn holds_at(&self, x: Vec2, step: Vec2) -> bool {
-        let domain = self.domain();
-        (0..2).all(|k| {
-            let knots = &self.knots[k];
-            let first = span(self.degrees[k], knots, x[k]);
-            let (low, high) = (knots[first], knots[first + 1]);
-            let room = |inside: bool| {
-                (if inside { ACROSS_KNOT_MAX_REL } else { OUTSIDE_MAX_REL }) * (high - low)
-            };
-            let to = x[k] + step[k];
-            step[k].abs() <= STEP_MAX_REL * (high - low)
-                && to >= low - room(low > domain[k][0])
-                && to <= high + room(high < domain[k][1])
-        })
     }
 
     /// The domain.
@@ -86,15 +71,31 @@ impl Surface {
     }
 }
 
+/// True when the Taylor polynomial at `x` of a Bezier patch holds after `step`.
+fn holds_at(piece: &BezierPiece, domain: &Bounds, x: Vec2, step: Vec2) -> bool {
+    (0..2).all(|k| {
+        let (low, high) = (piece.low[k], piece.high[k]);
+        let room = |inside: bool| {
+            (if inside { ACROSS_KNOT_MAX_REL } else { OUTSIDE_MAX_REL }) * (high - low)
+        };
+        let to = x[k] + step[k];
+        step[k].abs() <= STEP_MAX_REL * (high - low)
+            && to >= low - room(low > domain.low[k])
+            && to <= high + room(high < domain.high[k])
+    })
+}
+
 /// Foot point after `step` from `x` by the Taylor polynomial of second order, and an estimate of its error [mm].
-fn taylor(d: &SurfaceDerivs, x: Vec2, step: Vec2) -> (NearFoot, f64) {
-    let (du, dv) = (step.x, step.y);
-    let along = [d.suu * du + d.suv * dv, d.suv * du + d.svv * dv];
+/// The derivatives are those within the domain: beyond a pole they are reversed.
+fn taylor(d: &SurfaceDerivs, x: Vec2, step: Vec2, domain: &Bounds) -> (NearFoot, f64) {
+    let after = |step: Vec2| [d.suu * step.x + d.suv * step.y, d.suv * step.x + d.svv * step.y];
+    let (du, dv, along) = (step.x, step.y, after(step));
+    let inner = after(domain.clamp(x + step) - x);
     let (first, second) = (d.su * du + d.sv * dv, (along[0] * du + along[1] * dv) * 0.5);
     let length = first.norm();
     let error = if length > 0.0 { second.norm_squared() / (1.5 * length) } else { 0.0 };
     let point = d.s + first + second;
-    (NearFoot { uv: x + step, point, su: d.su + along[0], sv: d.sv + along[1] }, error)
+    (NearFoot { uv: x + step, point, su: d.su + inner[0], sv: d.sv + inner[1] }, error)
 }
 
 #[cfg(test)]

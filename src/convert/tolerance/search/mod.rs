@@ -31,6 +31,11 @@ enum Move {
 const DIVISIONS_MAX: usize = 2000;
 /// Divisions per quarter turn of the uniform meshes from which divisions are lowered.
 const UNIFORM_DIVISIONS: [usize; 7] = [2, 3, 4, 6, 8, 12, 16];
+/// Evaluated patches up to which divisions are exchanged, where growth and lowering took fewer.
+const EXCHANGE_WORK_MIN: u64 = 2_000;
+/// Patches of a uniform division over those of the grown state up to which it is lowered. With 8, the lowering of nine dies
+/// takes six times the work of the growth and ends with more patches.
+const UNIFORM_RATIO_MAX: usize = 2;
 /// Number of raises without a reduction of the error of a face by 10 % after which the search ends. One more is allowed
 /// for each edge of the face.
 const STAGNANT_RAISES_MAX: usize = 12;
@@ -63,9 +68,11 @@ impl Search<'_> {
     pub fn minimise_patches(&self) -> State {
         let minima = self.plan.minima().to_vec();
         let density = vec![1; self.plan.model().faces.len()];
+        let before = self.evaluator.budget().evaluated();
         let grown = self.grow(self.state(minima, density));
         let mut state = if self.is_within_goal(&grown) { self.prune(grown) } else { grown };
-        if let Some(uniform) = self.uniform_state(8 * state.patches() + 16) {
+        let ratio = if self.is_within_goal(&state) { UNIFORM_RATIO_MAX } else { 8 };
+        if let Some(uniform) = self.uniform_state(ratio * state.patches() + 16) {
             let lowered = self.prune(uniform);
             if !self.is_within_goal(&state) || lowered.patches() < state.patches() {
                 state = lowered;
@@ -74,7 +81,9 @@ impl Search<'_> {
         if !self.is_within_goal(&state) {
             return state;
         }
-        self.exchange_divisions(state)
+        let work = self.evaluator.budget().evaluated() - before;
+        let state = self.exchange_divisions(state, work.max(EXCHANGE_WORK_MIN));
+        state
     }
 
     /// The coarsest uniform divisions with every face within its tolerance and about `limit` patches at most. They are

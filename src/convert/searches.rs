@@ -61,6 +61,12 @@ impl<'a> Searches<'a> {
         SearchedFace { face: &self.model.faces[other], budget: &self.budgets[&id] }
     }
 
+    /// Cells examined so far.
+    #[cfg(test)]
+    pub(super) fn cells(&self) -> u64 {
+        self.budgets.values().map(SearchBudget::used).sum()
+    }
+
     /// Checks that no budget is exhausted. The results on such a face depend on the order of threads.
     ///
     /// # Errors

@@ -74,7 +74,9 @@ impl<'a> FaceEvaluator<'a> {
         let options = ConvertOptions { sheet_side: None, flip: false, ..scope.options.clone() };
         let &Scope { ref plan, reference, first, normals, .. } = scope;
         let model = plan.model();
-        let margin = 1e-6 * model.bbox().diagonal() + 2.0 * model.join_tolerance;
+        let hulls = model.edges.iter().map(|e| Aabb::of_points(e.curve.points()));
+        let size = hulls.fold(Aabb::EMPTY, |sum, hull| sum.union(&hull)).diagonal();
+        let margin = 1e-6 * size + 2.0 * model.join_tolerance;
         let hull = |e: &Edge| Aabb::of_points(e.curve.points()).widened(margin);
         Self {
             plan,

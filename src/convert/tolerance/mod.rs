@@ -261,3 +261,5 @@ fn smallest_error(
 
 #[cfg(test)]
 mod border_tests;
+#[cfg(test)]
+mod work_tests;

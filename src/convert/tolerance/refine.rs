@@ -34,9 +34,6 @@ const FACTOR_REDUCTION: [f64; 2] = [1.01, 1.5];
 /// Maximum rounds of reducing the factors of faces above the tolerance in the complete model.
 const ROUNDS_MAX: usize = 12;
 
-/// Intervals along a side of a patch at which a complete model is compared during the search; the result is compared at 8.
-/// With 8 here it takes twice as many points.
-const ESTIMATE_SAMPLES: usize = 6;
 /// Number of complete models kept for searches that meet them again.
 const MODELS_KEPT_MAX: usize = 8;
 
@@ -299,7 +296,7 @@ impl Scope<'_> {
     fn estimate(&self) -> AuditOptions {
         let full = AuditOptions::default();
         let refine = if self.normals { full.refine } else { 0 };
-        AuditOptions { samples: ESTIMATE_SAMPLES, refine, areas: false, borders: false, ..full }
+        AuditOptions { refine, areas: false, borders: false, ..full }
     }
 
     /// A model with the complete audit of its patches and borders against the trimmed CAD.

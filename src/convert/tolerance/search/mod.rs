@@ -32,7 +32,7 @@ const DIVISIONS_MAX: usize = 2000;
 /// Divisions per quarter turn of the uniform meshes from which divisions are lowered.
 const UNIFORM_DIVISIONS: [usize; 7] = [2, 3, 4, 6, 8, 12, 16];
 /// Evaluated patches up to which divisions are exchanged, where growth and lowering took fewer.
-const EXCHANGE_WORK_MIN: u64 = 2_000;
+const EXCHANGE_WORK_MIN: u64 = 500;
 /// Number of faces from which on exchanges take no more work than growth and lowering. Models of fewer faces are cheap, and
 /// exchanges save most there: a ball with a hole takes 233 patches without them, 131 with a ratio of eight. Doubled: the
 /// search on a pan of 31 faces takes half as long again, with as many patches.

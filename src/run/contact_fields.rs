@@ -32,7 +32,8 @@ pub fn normals(mesh: &HexMesh, positions: &[Vec3]) -> Vec<Vec3> {
     sums.into_iter().map(|sum| sum.try_normalize(0.0).unwrap_or_default()).collect()
 }
 
-/// Area of the faces of the sheet that belongs to each node [mm²]: a quarter of each adjacent face. Zero inside the sheet.
+/// Area of the faces of the sheet that belongs to each node [mm²]: a quarter of each adjacent face. Zero inside the sheet,
+/// and at hanging nodes, whose area is that of their masters as their contact force is.
 #[must_use]
 pub fn face_areas(mesh: &HexMesh, positions: &[Vec3]) -> Vec<f64> {
     let levels = mesh.nodes_per_column.max(1) as u32;
@@ -47,6 +48,7 @@ pub fn face_areas(mesh: &HexMesh, positions: &[Vec3]) -> Vec<f64> {
             nodes.iter().for_each(|&node| areas[node as usize] += 0.25 * area);
         }
     }
+    mesh.share_with_masters(&mut areas);
     areas
 }
 

@@ -59,12 +59,10 @@ pub fn borders(mesh: &HexMesh, positions: &[Vec3], symmetry: &[(usize, f64)]) ->
 
 /// The next column on the border, counter-clockwise around the sheet.
 fn next_on_border(mesh: &HexMesh) -> BTreeMap<usize, usize> {
-    let levels = mesh.nodes_per_column.max(1) as u32;
     let mut sides = BTreeMap::new();
-    let upper = mesh.elements.iter().map(|e| [e[4], e[5], e[6], e[7]]);
-    for quad in upper.filter(|quad| quad.iter().all(|n| n % levels == levels - 1)) {
-        for k in 0..4 {
-            let [a, b] = [quad[k], quad[(k + 1) % 4]].map(|n| (n / levels) as usize);
+    for polygon in mesh.upper_polygons() {
+        for k in 0..polygon.len() {
+            let [a, b] = [polygon[k], polygon[(k + 1) % polygon.len()]];
             if a != b && sides.remove(&(b, a)).is_none() {
                 sides.insert((a, b), ());
             }

@@ -56,7 +56,10 @@ fn inside_elements(mesh: &HexMesh, positions: &[Vec3]) -> Vec<usize> {
         let (x, mut found) = (&positions[node], Vec::new());
         tree.overlapping(&Aabb { min: *x, max: *x }, |k| {
             let (element, region) = (&mesh.elements[k as usize], &boxes[k as usize]);
-            if element.contains(&(node as u32)) || region.distance_squared(x) > 0.0 {
+            let belongs = |node: usize| element.contains(&(node as u32));
+            // A hanging node lies on the side of a coarser element.
+            let hangs = mesh.masters(node).is_some_and(|masters| masters.into_iter().all(belongs));
+            if belongs(node) || hangs || region.distance_squared(x) > 0.0 {
                 return;
             }
             let at = natural_coordinates(&corners(element), x);

@@ -25,7 +25,7 @@ const EDGES: [[usize; 2]; 12] = [
     [3, 7],
 ];
 
-/// Nodal forces on the modelled part [N], for a process of `share` symmetric fractions; empty without loads.
+/// Nodal forces on the modelled part [N], those of hanging nodes on their masters, for a process of `share` symmetric fractions; empty without loads.
 pub(super) fn loads(scene: &Scene, mesh: &HexMesh, share: f64) -> Result<Vec<f64>, Fault> {
     if scene.loads.is_empty() {
         return Ok(Vec::new());
@@ -39,6 +39,7 @@ pub(super) fn loads(scene: &Scene, mesh: &HexMesh, share: f64) -> Result<Vec<f64
             }
         }
     }
+    mesh.move_to_masters(&mut forces);
     Ok(forces)
 }
 
@@ -50,9 +51,19 @@ fn fractions(mesh: &HexMesh, there: &[usize]) -> Vec<f64> {
     let all = |nodes: &[u32]| nodes.iter().all(|&node| inside[node as usize]);
     let elements = || mesh.elements.iter();
     let volumes: BTreeSet<Vec<u32>> = elements().filter(|e| all(*e)).map(|e| e.to_vec()).collect();
+    // Sides of a coarser element with hanging nodes are those of the finer ones beside it.
+    let levels = mesh.nodes_per_column.max(1) as u32;
+    let between = mesh.hanging.between();
+    let is_divided = |e: &[u32; 8], corners: &[usize]| {
+        let mut columns: Vec<u32> = corners.iter().map(|&k| e[k] / levels).collect();
+        columns.sort_unstable();
+        columns.dedup();
+        <[u32; 2]>::try_from(columns).is_ok_and(|side| between.contains_key(&side))
+    };
     let each = |corners: &[&[usize]]| -> BTreeSet<Vec<u32>> {
         let of = |e: &[u32; 8]| {
-            let fractions = corners.iter().map(|corners| corners.iter().map(|&k| e[k]).collect());
+            let whole = corners.iter().filter(|corners| !is_divided(e, corners));
+            let fractions = whole.map(|corners| corners.iter().map(|&k| e[k]).collect());
             fractions.filter(|nodes: &Vec<u32>| all(nodes)).map(canonical_order).collect::<Vec<_>>()
         };
         elements().flat_map(of).collect()

@@ -11,6 +11,7 @@ mod floating;
 mod folded;
 mod followed;
 mod going_back;
+mod hanging;
 mod held;
 mod passage;
 mod pressed;

@@ -203,7 +203,9 @@ fn bases(folder: &Path) -> Vec<Value> {
             scene["material"]["forming_limit"] = law;
         }),
         refine(json!({"level": 1, "where": {"all": true}})),
-        refine(json!({"level": 1, "where": {"box": {"min_mm": [20.0, 0.0], "max_mm": [30.0, 1.0]}}})),
+        refine(
+            json!({"level": 1, "where": {"box": {"min_mm": [20.0, 0.0], "max_mm": [30.0, 1.0]}}}),
+        ),
         refine(json!({"level": 1, "where": {"beyond_radius_mm": 60.0}})),
         refine(json!({"level": 1,
             "where": {"ring": {"centre_mm": [30.0, 0.0], "radii_mm": [2.0, 5.0]}}})),

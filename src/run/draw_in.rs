@@ -129,6 +129,7 @@ fn border(chain: &[usize], plan: &impl Fn(usize) -> Vec2, now: &impl Fn(usize) -
 mod tests {
     use super::*;
     use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::solver::sheet::refine::{Refinement, plan_elements};
 
     /// A square that shrinks about its middle by 10 %: every side moves inwards by 5 % of its length, corners by
     /// sqrt(2) times that.
@@ -160,6 +161,17 @@ mod tests {
         let mut bent = mesh.clone();
         bent.nodes.iter_mut().for_each(|x| x.z += 0.1 * x.x);
         assert!(borders(&bent, &moved, &[]).is_empty());
+    }
+
+    #[test]
+    fn sides_beside_hanging_nodes_are_no_borders() {
+        let base = rectangle(6.0, 6.0, 1.0, 3, 3, 1);
+        let levels = vec![2, 0, 0, 0, 1, 0, 0, 0, 0];
+        let mesh = Refinement::balanced(plan_elements(&base), levels).mesh(&base, None);
+        assert!(!mesh.hanging.is_empty());
+        let found = borders(&mesh, &mesh.nodes.clone(), &[]);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].last().unwrap().arc_mm - 24.0).abs() < 1e-12);
     }
 
     #[test]

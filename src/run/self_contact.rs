@@ -164,6 +164,29 @@ mod tests {
     }
 
     #[test]
+    fn hanging_nodes_on_the_sides_of_coarser_elements_are_not_inside_them() {
+        use crate::solver::sheet::refine::{Refinement, plan_elements};
+        let base = rectangle(6.0, 6.0, 1.0, 3, 3, 2);
+        let levels = vec![0, 0, 0, 0, 2, 0, 0, 0, 0];
+        let mesh = Refinement::balanced(plan_elements(&base), levels).mesh(&base, None);
+        let mut u: Vec<f64> = mesh
+            .nodes
+            .iter()
+            .flat_map(|x| [-0.02 * x.x * x.z, 0.0, 0.01 * x.x * x.x + 0.02 * x.x * x.y])
+            .collect();
+        mesh.set_means(&mut u);
+        let bent: Vec<Vec3> = mesh
+            .nodes
+            .iter()
+            .zip(u.chunks_exact(3))
+            .map(|(x, u)| x + Vec3::from_column_slice(u))
+            .collect();
+        for positions in [&mesh.nodes, &bent] {
+            assert_eq!(self_penetration(&mesh, positions, &[], 1), None);
+        }
+    }
+
+    #[test]
     fn half_a_hairpin_is_through_its_image_beyond_the_plane() {
         let mesh = rectangle(10.0, 2.0, 1.0, 10, 2, 1);
         let plane = [SymmetryPlane { normal: Axis::X, at_mm: 0.0 }];

@@ -121,6 +121,29 @@ mod tests {
         (0..mesh.nodes.len()).filter(|&node| inside(&mesh.nodes[node])).collect()
     }
 
+    /// A uniform force on a plane between coarse and fine elements: each of the two sides counts once.
+    #[test]
+    fn a_force_on_a_border_of_refinement_is_spread_over_its_area() {
+        use crate::solver::sheet::refine::{Refinement, plan_elements};
+        let base = rectangle(4.0, 4.0, 1.0, 2, 2, 1);
+        let mesh = Refinement::balanced(plan_elements(&base), vec![1, 0, 0, 0]).mesh(&base, None);
+        let there = at(&mesh, |x| (x.x - 2.0).abs() < 1e-9);
+        let mut forces = vec![0.0; 3 * mesh.nodes.len()];
+        for (&node, part) in there.iter().zip(fractions(&mesh, &there)) {
+            forces[3 * node] = part;
+        }
+        mesh.move_to_masters(&mut forces);
+        for node in there {
+            let x = mesh.nodes[node];
+            let expected = match mesh.masters(node) {
+                Some(_) => 0.0,
+                None if (x.y - 2.0).abs() < 1e-9 => 0.25,
+                None => 0.125,
+            };
+            assert!((forces[3 * node] - expected).abs() < 1e-15, "{x}: {}", forces[3 * node]);
+        }
+    }
+
     #[test]
     fn a_force_is_spread_over_what_its_nodes_make_up() {
         // 4 x 3 x 1 mm; the second row of elements is twice as wide as the first.

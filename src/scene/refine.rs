@@ -87,12 +87,10 @@ impl Refine {
                     None => Ok(()),
                 }
             }
-            (None, None, Some(levels)) => {
-                match levels.chars().find(|c| !('0'..='4').contains(c)) {
-                    Some(c) => fault(".levels", format!("'{}'", c.escape_default()), "digits 0 to 4"),
-                    None => Ok(()),
-                }
-            }
+            (None, None, Some(levels)) => match levels.chars().find(|c| !('0'..='4').contains(c)) {
+                Some(c) => fault(".levels", format!("'{}'", c.escape_default()), "digits 0 to 4"),
+                None => Ok(()),
+            },
             _ => fault("", "other keys".into(), "`level` and `where`, or `levels` alone"),
         }
     }
@@ -260,7 +258,8 @@ mod tests {
     use std::path::Path;
 
     fn blank(shape: serde_json::Value, refine: serde_json::Value) -> Blank {
-        let blank = serde_json::json!({"shape": shape, "thickness_mm": 1.0, "layers": 2, "refine": refine});
+        let blank =
+            serde_json::json!({"shape": shape, "thickness_mm": 1.0, "layers": 2, "refine": refine});
         serde_json::from_value(blank).unwrap()
     }
 
@@ -315,7 +314,10 @@ mod tests {
             (r#"[{"levels": "01x"}]"#, "blank.refine[0].levels"),
             (r#"[{"levels": "011"}]"#, "blank.refine[0].levels"),
             (r#"[{"level": 1, "where": {"beyond_radius_mm": 90}}]"#, "blank.refine[0].where"),
-            (r#"[{"level": 1, "where": {"polygon_mm": [[0, 0], [1, 1]]}}]"#, "blank.refine[0].where"),
+            (
+                r#"[{"level": 1, "where": {"polygon_mm": [[0, 0], [1, 1]]}}]"#,
+                "blank.refine[0].where",
+            ),
             (r#"[{"level": 1, "where": {"ring": {"radii_mm": [2, 1]}}}]"#, "blank.refine[0].where"),
             (
                 r#"[{"level": 1, "where": {"box": {"min_mm": [2, 0], "max_mm": [1, 5]}}}]"#,

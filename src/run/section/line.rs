@@ -164,6 +164,23 @@ mod tests {
     }
 
     #[test]
+    fn a_line_passes_over_hanging_nodes() {
+        use crate::solver::sheet::refine::{Refinement, plan_elements};
+        let base = rectangle(10.0, 4.0, 1.0, 5, 2, 1);
+        let levels = vec![0, 0, 1, 0, 2, 1, 0, 0, 0, 0];
+        let mesh = Refinement::balanced(plan_elements(&base), levels).mesh(&base, None);
+        // Along sides of coarse and fine elements, and between their nodes.
+        for at in [0.0, 0.3, 1.0, 1.5, 2.0, 3.7, 4.0] {
+            let line = cut(&mesh, 1, at).unwrap();
+            assert!((line.arc.last().unwrap() - 10.0).abs() < 1e-9, "{at}: {:?}", line.arc);
+        }
+        for at in [3.0, 4.0, 4.2, 6.0] {
+            let line = cut(&mesh, 0, at).unwrap();
+            assert!((line.arc.last().unwrap() - 4.0).abs() < 1e-9, "{at}: {:?}", line.arc);
+        }
+    }
+
+    #[test]
     fn a_line_follows_its_material_and_passes_over_triangles_of_a_disc() {
         use crate::solver::sheet::hex_mesh::{quarter_disc, thickened};
         let (points, quads) = quarter_disc(20.0, 4, 6);

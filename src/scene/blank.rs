@@ -6,7 +6,7 @@ use super::check::ELEMENTS_MAX;
 use super::error::SceneError;
 use super::file_sheet::{FileSheet, of_file};
 use super::plan::Plan;
-use super::refine::{refinement, rim};
+use super::refine::refinement;
 use super::types::{Blank, BlankShape, Region, Scene, SymmetryPlane};
 use crate::geometry::Vec3;
 use crate::solver::Constraints;
@@ -37,7 +37,7 @@ pub(super) fn blank_mesh(
             found,
             allowed,
         };
-        let refinement = refinement(blank, &mesh, ELEMENTS_MAX).map_err(value)?;
+        let refinement = refinement(&blank.refine, &mesh, ELEMENTS_MAX).map_err(value)?;
         mesh = refinement.mesh(&mesh, rim(&blank.shape));
     }
     mesh.nodes.iter_mut().for_each(|x| x.z += blank.z_mm);
@@ -76,6 +76,16 @@ fn base_mesh(
     Ok(mesh)
 }
 
+/// Radius of the curved outline of a blank about the origin [mm], if it has one.
+fn rim(shape: &BlankShape) -> Option<f64> {
+    match shape {
+        BlankShape::QuarterDisc { radius_mm, .. } | BlankShape::Disc { radius_mm, .. } => {
+            Some(*radius_mm)
+        }
+        BlankShape::Rectangle { .. } | BlankShape::Mesh { .. } => None,
+    }
+}
+
 /// Number of elements in plan whose level of refinement is above that of the scene, since levels of neighbours differ by
 /// at most 1. `None` without refinement.
 #[must_use]
@@ -86,7 +96,7 @@ pub fn raised_elements(plan: &Plan) -> Option<usize> {
     }
     let read = plan.files.iter().find_map(|file| file.sheet.as_deref());
     let base = base_mesh(blank, Path::new(""), &plan.folder, read).ok()?;
-    Some(refinement(blank, &base, ELEMENTS_MAX).ok()?.raised)
+    Some(refinement(&blank.refine, &base, ELEMENTS_MAX).ok()?.raised)
 }
 
 /// Constraints from symmetry planes and `holds`. Hanging nodes have none of their own.

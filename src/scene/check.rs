@@ -209,7 +209,7 @@ fn check_blank(scene: &Scene) -> Result<(), Fault> {
     let blank = &scene.blank;
     check_lengths(blank)?;
     check_counts(blank)?;
-    refine::check(blank)?;
+    refine::check(&blank.refine)?;
     if let ElementKind::SolidShell { points, .. } = blank.element {
         let place = "blank.element.solid-shell.points".into();
         need((3..=9).contains(&points), place, points.to_string(), "3 to 9")?;

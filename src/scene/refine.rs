@@ -4,7 +4,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::error::Fault;
-use super::types::{Blank, BlankShape};
 use crate::geometry::Vec2;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::sheet::refine::{LEVEL_MAX, Refinement, plan_elements};
@@ -63,13 +62,13 @@ pub enum PlanRegion {
 }
 
 /// Checks the entries of `blank.refine`.
-pub(super) fn check(blank: &Blank) -> Result<(), Fault> {
-    let count = blank.refine.len();
+pub(super) fn check(entries: &[Refine]) -> Result<(), Fault> {
+    let count = entries.len();
     if count > ENTRIES_MAX {
         let allowed = format!("at most {ENTRIES_MAX} entries");
         return Err(("blank.refine".into(), format!("{count} entries"), allowed));
     }
-    blank.refine.iter().enumerate().try_for_each(|(k, entry)| entry.check(k))
+    entries.iter().enumerate().try_for_each(|(k, entry)| entry.check(k))
 }
 
 impl Refine {
@@ -189,7 +188,7 @@ fn distance(polygon: &[Vec2], x: &Vec2) -> f64 {
 
 /// Levels of the elements in plan of the base mesh of a blank, balanced. At most `elements_max` elements in all.
 pub(super) fn refinement(
-    blank: &Blank,
+    entries: &[Refine],
     base: &HexMesh,
     elements_max: usize,
 ) -> Result<Refinement, Fault> {
@@ -200,7 +199,7 @@ pub(super) fn refinement(
         let middle = at.iter().sum::<Vec2>() / 4.0;
         at.map(|x| x + (middle - x) * SHRINK_REL)
     };
-    for (k, entry) in blank.refine.iter().enumerate() {
+    for (k, entry) in entries.iter().enumerate() {
         let found = match (&entry.levels, &entry.region) {
             (Some(digits), _) => given_levels(digits, quads.len(), k)?,
             (None, Some(region)) => {
@@ -241,21 +240,13 @@ fn given_levels(digits: &str, count: usize, k: usize) -> Result<Vec<u8>, Fault> 
     Ok(digits.bytes().map(|digit| digit.wrapping_sub(b'0').min(LEVEL_MAX)).collect())
 }
 
-/// Radius of the curved outline of a blank about the origin [mm], if it has one.
-pub(super) fn rim(shape: &BlankShape) -> Option<f64> {
-    match shape {
-        BlankShape::QuarterDisc { radius_mm, .. } | BlankShape::Disc { radius_mm, .. } => {
-            Some(*radius_mm)
-        }
-        BlankShape::Rectangle { .. } | BlankShape::Mesh { .. } => None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
     use crate::scene::blank::blank_mesh;
-    use std::path::Path;
+    use crate::scene::types::Blank;
 
     fn blank(shape: serde_json::Value, refine: serde_json::Value) -> Blank {
         let blank =
@@ -269,10 +260,10 @@ mod tests {
 
     fn levels(refine: serde_json::Value) -> Result<Vec<u8>, Fault> {
         let blank = blank(rectangle(), refine);
-        check(&blank)?;
+        check(&blank.refine)?;
         let plain = Blank { refine: Vec::new(), ..blank.clone() };
         let base = blank_mesh(&plain, Path::new("x"), Path::new(""), None).unwrap();
-        Ok(refinement(&blank, &base, 1000)?.levels().to_vec())
+        Ok(refinement(&blank.refine, &base, 1000)?.levels().to_vec())
     }
 
     #[test]

@@ -26,8 +26,7 @@ pub(super) fn undeformed(grid: &Grid) -> Result<HexMesh, String> {
     let elements = elements(grid)?;
     let nodes_per_column = nodes_per_column(&elements, nodes.len());
     let mut mesh = HexMesh { nodes, elements, nodes_per_column, hanging: Hanging::default() };
-    mesh.hanging =
-        Hanging::found_in(&mesh, IN_MIDDLE_REL * Aabb::of_points(&mesh.nodes).diagonal());
+    mesh.hanging = mesh.hanging_found(IN_MIDDLE_REL * Aabb::of_points(&mesh.nodes).diagonal());
     Ok(mesh)
 }
 

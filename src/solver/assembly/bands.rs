@@ -17,7 +17,7 @@ use crate::solver::element::{
 use crate::solver::linear::pattern::{Gather, NodeUse};
 use crate::solver::material::Material;
 use crate::solver::material::RotatedLaw;
-use crate::solver::sheet::hanging::HangingCorners;
+use crate::solver::sheet::hanging_nodes::HangingCorners;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Elements of a band for each thread: the matrices of two bands fit into the cache.

@@ -11,7 +11,7 @@ use crate::solver::element::{
 };
 use crate::solver::linear::pattern::{Gather, Pattern};
 use crate::solver::material::Material;
-use crate::solver::sheet::hanging::HangingCorners;
+use crate::solver::sheet::hanging_nodes::HangingCorners;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Invalid model of a body, or saved state that does not fit it.

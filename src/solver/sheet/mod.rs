@@ -4,6 +4,7 @@
 
 pub mod columns;
 pub mod hanging;
+pub mod hanging_nodes;
 pub mod hex_mesh;
 pub mod refine;
 pub(super) mod rigid_motions;

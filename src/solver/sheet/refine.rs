@@ -363,8 +363,7 @@ mod tests {
                 nodes.dedup();
                 assert_eq!(nodes.len(), 8);
             }
-            let found = Hanging::found_in(&mesh, 1e-9);
-            assert_eq!((found, &mesh.hanging), (mesh.hanging.clone(), &mesh.hanging));
+            assert_eq!(mesh.hanging_found(1e-9), mesh.hanging);
         }
     }
 

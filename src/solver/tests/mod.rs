@@ -15,6 +15,7 @@ mod hanging;
 mod held;
 mod passage;
 mod pressed;
+mod refined_disc;
 mod released;
 mod snap;
 mod stability;

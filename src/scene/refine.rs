@@ -245,6 +245,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::geometry::Vec3;
     use crate::scene::blank::blank_mesh;
     use crate::scene::types::Blank;
 
@@ -330,5 +331,28 @@ mod tests {
         // 16 base elements on the rim, 4 parts each, 3 levels.
         assert_eq!(off.len(), 16 * 4 * 3);
         assert!(off.iter().all(|off| *off < 1e-13), "{off:?}");
+    }
+
+    /// Hexahedra of a file on their sides and in disorder, with uneven levels: new nodes are means of the corner columns.
+    #[test]
+    fn hexahedra_of_a_file_are_refined_by_columns() {
+        use crate::solver::sheet::columns::from_hexahedra;
+        use crate::solver::sheet::hex_mesh::rectangle;
+        let mut whole = rectangle(6.0, 4.0, 1.0, 3, 2, 2);
+        whole.nodes.iter_mut().filter(|x| x.z == 0.5).for_each(|x| x.z = 0.3 + 0.05 * x.x);
+        let lying = |k: usize| [0, 3, 7, 4, 1, 2, 6, 5].map(|n| whole.elements[5 * k % 12][n]);
+        let elements: Vec<[u32; 8]> = (0..12).map(lying).collect();
+        let base = from_hexahedra(&whole.nodes, &elements, false, Some(1.0)).unwrap();
+        let region = serde_json::json!({"box": {"min_mm": [0, 0], "max_mm": [2, 2]}});
+        let entry = serde_json::json!([{"level": 2, "where": region}]);
+        let entries: Vec<Refine> = serde_json::from_value(entry).unwrap();
+        let mesh = refinement(&entries, &base, 1000).unwrap().mesh(&base, None);
+        assert_eq!((mesh.nodes_per_column, mesh.elements.len()), (3, 2 * (16 + 4 + 4 + 3)));
+        assert!(!mesh.hanging.is_empty());
+        for column in mesh.nodes.chunks(3) {
+            let x = column[0];
+            assert!((column[1] - Vec3::new(x.x, x.y, 0.3 + 0.05 * x.x)).norm() < 1e-14, "{x}");
+            assert!((column[2] - x - Vec3::z()).norm() < 1e-14, "{x}");
+        }
     }
 }

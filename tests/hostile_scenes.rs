@@ -19,7 +19,7 @@ const ENDLESS: Duration = Duration::from_secs(120);
 
 /// Keys of which zero, an empty text, minus one or another kind of the same are sound: a run takes them as they are. Numbers beyond
 /// any use (1e300) are sound nowhere.
-const LEGITIMATE: [&str; 70] = [
+const LEGITIMATE: [&str; 77] = [
     "/blank/element/solid-shell",
     "/blank/element/solid-shell/membrane",
     "/blank/rolling_direction_deg",
@@ -90,6 +90,13 @@ const LEGITIMATE: [&str; 70] = [
     "/quality/max_thickening",
     "/quality/min_thickness_mm",
     "/stages/1/name",
+    "/blank/refine",
+    "/blank/refine/0/where/box/min_mm/0",
+    "/blank/refine/0/where/box/max_mm/0",
+    "/blank/refine/0/where/beyond_radius_mm",
+    "/blank/refine/0/where/ring/centre_mm/0",
+    "/blank/refine/0/where/ring/radii_mm/0",
+    "/blank/refine/0/where/polygon_mm/0/0",
 ];
 
 /// A strip of 35 elements, drawn 0.3 mm, and changes of it that use the keys it has not.
@@ -125,6 +132,7 @@ fn bases(folder: &Path) -> Vec<Value> {
     let criterion = |law: Value| with(&|scene| scene["material"]["yield"] = law.clone());
     let drive = |way: Value| with(&|scene| scene["stages"][0]["drive"]["punch"] = way.clone());
     let shape = |shape: Value| with(&|scene| scene["blank"]["shape"] = shape.clone());
+    let refine = |entry: Value| with(&|scene| scene["blank"]["refine"] = json!([entry]));
     let nine = [1.0; 9];
     fs::write(
         folder.join("blank.obj"),
@@ -202,6 +210,16 @@ fn bases(folder: &Path) -> Vec<Value> {
                 "a80_min_percent": 36.0, "r": 1.6});
             scene["material"]["forming_limit"] = law;
         }),
+        refine(json!({"level": 1, "where": {"all": true}})),
+        refine(
+            json!({"level": 1, "where": {"box": {"min_mm": [20.0, 0.0], "max_mm": [30.0, 1.0]}}}),
+        ),
+        refine(json!({"level": 1, "where": {"beyond_radius_mm": 60.0}})),
+        refine(json!({"level": 1,
+            "where": {"ring": {"centre_mm": [30.0, 0.0], "radii_mm": [2.0, 5.0]}}})),
+        refine(json!({"level": 1,
+            "where": {"polygon_mm": [[20.0, -1.0], [30.0, -1.0], [30.0, 2.0]]}})),
+        refine(json!({"levels": "0".repeat(30) + "12100"})),
     ]
 }
 

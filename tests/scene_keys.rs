@@ -10,7 +10,11 @@ fn full() -> Value {
         "format": "kanagata-scene", "version": 1, "name": "all keys",
         "blank": {
             "shape": {"rectangle": {"size_mm": [10, 10], "elements": [2, 2]}},
-            "thickness_mm": 1, "element": {"solid-shell": {"points": 7, "membrane": false}}
+            "thickness_mm": 1, "element": {"solid-shell": {"points": 7, "membrane": false}},
+            "refine": [
+                {"level": 1, "where": {"box": {"min_mm": [0, 0], "max_mm": [5, 5]}}},
+                {"level": 2, "where": {"ring": {"radii_mm": [0, 3]}}}
+            ]
         },
         "material": {
             "name": "mine", "young_mpa": 2e5, "poisson": 0.3,

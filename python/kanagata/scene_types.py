@@ -24,6 +24,8 @@ class Blank(TypedDict):
     element: NotRequired["ElementKind"]
     # Elements through the thickness, >= 1. A file of hexahedra defines its own.
     layers: NotRequired[int]
+    # Elements that are split in plan, for example over the radii of the tools.
+    refine: NotRequired[list["Refine"]]
     # Rolling direction of a sheet of any orientation, in place of the angle: a vector that is projected on
     # the mid-surface of each element, at least 10 degrees from all element normals. Required for an
     # anisotropic material if the sheet is not normal to z. The third material axis is the normal of each
@@ -403,6 +405,58 @@ class PlaceShift(TypedDict):
 Place = Union[Literal['touch'], "PlaceShift"]
 
 
+class PlanRegionAll(TypedDict):
+    """All elements (`true`)."""
+
+    all: bool
+
+
+class PlanRegionBoxBox(TypedDict):
+    """PlanRegionBoxBox"""
+
+    # Largest x and y.
+    max_mm: list[float]
+    # Smallest x and y.
+    min_mm: list[float]
+
+
+class PlanRegionBox(TypedDict):
+    """A box along x and y [mm]."""
+
+    box: "PlanRegionBoxBox"
+
+
+class PlanRegionBeyondRadiusMm(TypedDict):
+    """Further than this from the z axis [mm]."""
+
+    beyond_radius_mm: float
+
+
+class PlanRegionRingRing(TypedDict):
+    """PlanRegionRingRing"""
+
+    # Its centre [mm].
+    centre_mm: NotRequired[list[float]]
+    # Inner and outer radius [mm]; an inner radius of 0 is a disc.
+    radii_mm: list[float]
+
+
+class PlanRegionRing(TypedDict):
+    """A ring or a disc."""
+
+    ring: "PlanRegionRingRing"
+
+
+class PlanRegionPolygonMm(TypedDict):
+    """A polygon by its corners [mm], 3 to 1000."""
+
+    polygon_mm: list[list[float]]
+
+
+# Elements of the undeformed blank in plan, seen along z: those that overlap the region.
+PlanRegion = Union["PlanRegionAll", "PlanRegionBox", "PlanRegionBeyondRadiusMm", "PlanRegionRing", "PlanRegionPolygonMm"]
+
+
 class Quality(TypedDict):
     """Limits of quality of the part. Each that is exceeded is a doubt, and the run ends with exit code 1."""
 
@@ -418,6 +472,20 @@ class Quality(TypedDict):
     max_thinning: NotRequired[Union[float, None]]
     # Smallest thickness [mm], above 0.
     min_thickness_mm: NotRequired[Union[float, None]]
+
+
+class Refine(TypedDict):
+    """Elements of the blank that are split in plan: those of a region, or a level for each. An element of
+    level `n` is split into `4^n` columns of elements through all layers. The largest level of all entries
+    holds; it is raised where the levels of two elements with a common side would differ by more than 1."""
+
+    # Level of the elements in the region: 1 to 4. Required with `where`.
+    level: NotRequired[Union[int, None]]
+    # In place of `level` and `where`: one digit from 0 to 4 for each element of the base mesh in plan, in its
+    # order.
+    levels: NotRequired[Union[str, None]]
+    # Region in plan.
+    where: NotRequired[Union["PlanRegion", None]]
 
 
 class RegionAll(TypedDict):

@@ -72,7 +72,7 @@ impl Runner<'_> {
         let mut coarse = base;
         loop {
             let model = self.runs[coarse].model.clone();
-            let let Some(finer) = choice.refined(&model, first) {
+            let Some(finer) = choice.refined(&model, first) else { break };
             let fine = match self.exceeded(coarse, &finer)? {
                 None => Some(self.run(finer.clone(), choice.name(), Some(coarse))?),
                 Some(_) => None,

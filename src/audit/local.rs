@@ -3,8 +3,9 @@
 use super::reference::{CadReference, ReferenceFoot, ReferenceSurface};
 use crate::geometry::{Vec2, Vec3};
 
-/// The trimmed CAD, where a foot point inside the patch's own face is not compared with other faces. The error differs
-/// from that of [`CadReference`] only where another face is closer, as beside a concave crease.
+/// The trimmed CAD, where a foot point inside the patch's own face is not compared with other faces, and one beyond its
+/// border only with the adjacent face. Distances near a start have an error of up to 1e-3. The error differs from that of
+/// [`CadReference`] by more only where another face is closer, as beside a concave crease.
 pub(crate) struct LocalReference<'r, 'm>(pub(crate) &'r CadReference<'m>);
 
 impl ReferenceSurface for LocalReference<'_, '_> {
@@ -18,9 +19,8 @@ impl ReferenceSurface for LocalReference<'_, '_> {
         face: u32,
         start: Option<Vec2>,
     ) -> Option<(ReferenceFoot, Option<Vec2>)> {
-        let local = start.and_then(|start| self.0.foot_inside(p, face, start));
-        match local {
-            Some(found) => Some((found.foot, Some(found.uv))),
+        match start.and_then(|start| self.0.foot_near(p, face, start)) {
+            Some((foot, uv)) => Some((foot, Some(uv))),
             None => self.0.closest_from(p, face, None),
         }
     }
@@ -31,8 +31,8 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// Points 0.03 mm off the faces of a die, with starts beside their foot points: the local query and the query of the
-    /// whole model from a start find what the whole model has.
+    /// Points 0.03 mm off the faces of a die, with starts beside their foot points: the query of the whole model from a
+    /// start finds what the whole model has, the local query its distance to 1e-3.
     #[test]
     fn a_query_from_a_start_finds_the_closest_point_of_the_whole_model() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming/cross_die_144.igs");
@@ -57,7 +57,10 @@ mod tests {
                 compared += 1;
                 if reference.foot_inside(&p, f as u32, uv).is_some() && cold.face == f as u32 {
                     inside += 1;
-                    assert!(same(&local), "face {f} at {uv:?}: {local:?} {cold:?}");
+                    let distance = (p - local.point).dot(&local.normal);
+                    assert!((distance - 0.03).abs() <= 1e-3 * 0.03, "{f} {uv:?}: {distance}");
+                    let turn = (local.normal - cold.normal).norm();
+                    assert!(turn < 1e-3, "face {f} at {uv:?}: {local:?} {cold:?}");
                 }
             }
         }

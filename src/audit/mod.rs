@@ -38,6 +38,7 @@ pub mod view;
 
 use rayon::prelude::*;
 
+use crate::geometry::Vec2;
 use crate::tool::ToolModel;
 pub use doubts::{doubts, doubts_advising};
 pub use gaps::OpenSide;
@@ -87,13 +88,23 @@ pub fn audit(
     reference: &impl ReferenceSurface,
     options: &AuditOptions,
 ) -> Result<Audit, AuditError> {
+    audit_from(tool, reference, options, &vec![None; tool.patches.len()])
+}
+
+/// As [`audit()`]; `starts` are parameters of the CAD near the middle of each patch, if they are known.
+pub(crate) fn audit_from(
+    tool: &ToolModel,
+    reference: &impl ReferenceSurface,
+    options: &AuditOptions,
+    starts: &[Option<Vec2>],
+) -> Result<Audit, AuditError> {
     if tool.patches.is_empty() {
         return Err(AuditError::NoPatches);
     }
     if !(1..=256).contains(&options.samples) {
         return Err(AuditError::Samples { found: options.samples });
     }
-    let (sign, starts) = orientation(tool, reference);
+    let (sign, starts) = orientation(tool, reference, starts);
     let probe = |((patch, &face), &start)| Probe { patch, face, reference, sign, start };
     let probes: Vec<Probe<'_, _>> =
         tool.patches.iter().zip(&tool.faces).zip(&starts).map(probe).collect();
@@ -140,22 +151,23 @@ pub fn open_sides(
 }
 
 /// +1, or -1 when the tool model as a whole has the opposite orientation of the CAD (reversed towards the sheet during
-/// conversion): area-weighted agreement of the normals at the patch centres. Also returns the parameters of the CAD
-/// surface there, the starts of the samples.
+/// conversion): area-weighted agreement of the normals at the patch centres, found from `starts`. Also returns the
+/// parameters of the CAD surface there, the starts of the samples.
 fn orientation(
     tool: &ToolModel,
     reference: &impl ReferenceSurface,
-) -> (f64, Vec<Option<crate::geometry::Vec2>>) {
-    let agreement = |(patch, &face): (&crate::tool::Patch, &u32)| {
+    starts: &[Option<Vec2>],
+) -> (f64, Vec<Option<Vec2>>) {
+    let agreement = |((patch, &face), &start): ((&crate::tool::Patch, &u32), &Option<Vec2>)| {
         let (eta, zeta) = sample::middle(patch);
         let d = patch.derivs(eta, zeta);
-        let found = reference.closest_from(&d.s, face, None);
+        let found = reference.closest_from(&d.s, face, start);
         let normal = found.map(|(f, _)| f.own_normal.unwrap_or(f.normal));
         let fraction = normal.map_or(0.0, |n| d.d1.cross(&d.d2).dot(&n));
         (if fraction.is_finite() { fraction } else { 0.0 }, found.and_then(|f| f.1))
     };
     let (shares, starts): (Vec<f64>, Vec<_>) =
-        tool.patches.par_iter().zip(&tool.faces).map(agreement).unzip();
+        tool.patches.par_iter().zip(&tool.faces).zip(starts).map(agreement).unzip();
     (if shares.iter().sum::<f64>() < 0.0 { -1.0 } else { 1.0 }, starts)
 }
 

@@ -9,6 +9,8 @@ pub struct AuditOptions {
     pub refine: usize,
     /// Whether the extremes of the normal error are refined as well, instead of taken from the grid.
     pub refine_normals: bool,
+    /// Whether the areas of patches are integrated, instead of summed over the grid.
+    pub areas: bool,
     /// Whether the free borders are compared.
     pub borders: bool,
     /// Number of patches listed in `worst`.
@@ -25,6 +27,7 @@ impl Default for AuditOptions {
             samples: 8,
             refine: 256,
             refine_normals: true,
+            areas: true,
             borders: true,
             worst: 10,
             tolerance_mm: None,

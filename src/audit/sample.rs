@@ -89,17 +89,22 @@ pub(super) fn angle_deg(a: &Vec3, b: &Vec3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b)).to_degrees()
 }
 
+/// Uncertainty of coordinates over their size: those of files have ten digits. Ten times the value: normals of slivers of
+/// 1e-8 of the distance from the origin are left out.
+const COORDINATE_ROUNDING_REL: f64 = 1e-9;
+
 /// Unit normal `S_eta x S_zeta / |S_eta x S_zeta|`. `None` where the product is rounding only: the derivatives are
-/// parallel, or one is negligible, to within 1e-9. The former occurs at a corner of 180 degrees (two sides on one
+/// parallel, or one is negligible, to within the rounding of the coordinates. The former occurs at a corner of 180 degrees (two sides on one
 /// smooth border), the latter in the middle of a side between two such corners.
 pub(super) fn patch_normal(d: &PatchDerivs) -> Option<Vec3> {
     let cross = d.d1.cross(&d.d2);
     let longest = d.d1.norm().max(d.d2.norm());
-    (cross.norm() > 1e-9 * longest * longest).then(|| unit(cross)).flatten()
+    let rounding = COORDINATE_ROUNDING_REL * (longest + d.s.abs().max());
+    (cross.norm() > rounding * longest).then(|| unit(cross)).flatten()
 }
 
 /// Parameters of an interior point of a patch.
-pub(super) fn middle(patch: &Patch) -> (f64, f64) {
+pub(crate) fn middle(patch: &Patch) -> (f64, f64) {
     if patch.sides() == 3 { (2.0 / 3.0, 1.0 / 3.0) } else { (0.5, 0.5) }
 }
 
@@ -123,21 +128,34 @@ pub struct PatchSamples {
 impl PatchSamples {
     pub(super) fn new<R: ReferenceSurface>(probe: &Probe<'_, R>, n: usize) -> Self {
         let sides = probe.patch.sides();
-        let mut points: Vec<Option<Sample>> = Vec::with_capacity((n + 1) * (n + 1));
-        let mut row_start = probe.start;
+        let points = Vec::with_capacity((n + 1) * (n + 1));
+        let mut samples = Self { sides, n, points };
         for i in 0..=n {
             let last = if sides == 3 { i } else { n };
-            let mut start = row_start;
             for j in 0..=last {
+                let start = samples.predicted_uv(i, j).or(probe.start);
                 let found = probe.at(i as f64 / n as f64, j as f64 / n as f64, start);
-                start = found.and_then(|sample| sample.uv).or(start);
-                if j == 0 {
-                    row_start = start;
-                }
-                points.push(found);
+                samples.points.push(found);
             }
         }
-        Self { sides, n, points }
+        samples
+    }
+
+    /// Parameters of the CAD surface at grid point `(i, j)`, extrapolated from the points before it: by the parallelogram
+    /// rule `u(i, j-1) + u(i-1, j) - u(i-1, j-1)`, along a line, or those of one neighbour.
+    fn predicted_uv(&self, i: usize, j: usize) -> Option<Vec2> {
+        let known = |back_i: usize, back_j: usize| {
+            let index = self.index(i.checked_sub(back_i)?, j.checked_sub(back_j)?)?;
+            self.points.get(index)?.as_ref()?.uv
+        };
+        let extrapolated = |a: Option<Vec2>, b: Option<Vec2>, c: Option<Vec2>| Some(a? + b? - c?);
+        extrapolated(known(0, 1), known(1, 0), known(1, 1))
+            .or_else(|| extrapolated(known(0, 1), known(0, 1), known(0, 2)))
+            .or_else(|| extrapolated(known(1, 0), known(1, 0), known(2, 0)))
+            .or_else(|| extrapolated(known(1, 1), known(1, 1), known(2, 2)))
+            .or_else(|| known(0, 1))
+            .or_else(|| known(1, 0))
+            .or_else(|| known(1, 1))
     }
 
     /// Index of grid point `(i, j)` in `points`; `None` outside the patch.

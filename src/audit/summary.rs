@@ -44,7 +44,7 @@ impl Sums {
         patch: &Patch,
         samples: &PatchSamples,
         e: &Extremes,
-        max_subdivisions: usize,
+        max_subdivisions: Option<usize>,
     ) -> Self {
         let areas = samples.areas();
         let mut sums = Self {
@@ -52,7 +52,7 @@ impl Sums {
             max: e.max.delta,
             min: e.min.delta,
             normal: e.normal.and_then(|s| s.normal_deg).unwrap_or(0.0),
-            area: area(patch, max_subdivisions),
+            area: max_subdivisions.map_or_else(|| areas.iter().sum(), |most| area(patch, most)),
             weight: 0.0,
             square: 0.0,
             plain: [0.0; 2],
@@ -93,7 +93,7 @@ fn larger_extreme(e: &Extremes) -> &Sample {
 
 /// Assembles the report; file names and hashes are left empty for the caller.
 pub(super) fn report(found: &Found<'_>, options: &AuditOptions) -> AuditReport {
-    let sums = sums_of_patches(found);
+    let sums = sums_of_patches(found, options.areas);
     let whole = total(&sums);
     let points = measured(found).count();
     let lost = found.samples.iter().map(|s| s.points.len()).sum::<usize>() - points;
@@ -132,10 +132,10 @@ pub(super) fn report(found: &Found<'_>, options: &AuditOptions) -> AuditReport {
     }
 }
 
-/// Statistics of each patch.
-fn sums_of_patches(found: &Found<'_>) -> Vec<Sums> {
+/// Statistics of each patch; `areas` are integrated, or else summed over the grid.
+fn sums_of_patches(found: &Found<'_>, areas: bool) -> Vec<Sums> {
     let parts = found.tool.patches.par_iter().zip(found.samples).zip(&found.extremes);
-    let max_subdivisions = max_subdivisions(found.tool.patches.len());
+    let max_subdivisions = areas.then(|| max_subdivisions(found.tool.patches.len()));
     parts.map(|((p, s), e)| Sums::of_patch(p, s, e, max_subdivisions)).collect()
 }
 

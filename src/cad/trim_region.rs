@@ -13,16 +13,27 @@ struct Piece {
 
 impl Piece {
     fn new(points: Vec<(Vec2, f64)>) -> Self {
-        let (mut low, mut high) = (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY));
-        for (p, w) in &points {
-            low = low.inf(&(p / *w));
-            high = high.sup(&(p / *w));
-        }
+        let Part { low, high, .. } = Part::new(&points);
         Self { points, low, high }
     }
 
     fn line(a: Vec2, b: Vec2) -> Self {
         Self::new(vec![(a, 1.0), (b, 1.0)])
+    }
+
+    /// The chord of a segment that is straight to within rounding.
+    fn straightened(self) -> Self {
+        let (a, b) = (self.start(), self.end());
+        let d = b - a;
+        let length = d.norm();
+        let on_chord = |(p, w): &(Vec2, f64)| {
+            let r = p / *w - a;
+            let (off, along) = (d.perp(&r) / length, d.dot(&r) / length);
+            off.abs() <= STRAIGHT_REL * length && (0.0..=length).contains(&along)
+        };
+        let inner = 1..self.points.len() - 1;
+        let straight = length > 0.0 && self.points[inner].iter().all(on_chord);
+        if straight { Self::line(a, b) } else { self }
     }
 
     fn start(&self) -> Vec2 {
@@ -36,77 +47,47 @@ impl Piece {
 
     /// De Casteljau subdivision at the middle.
     fn halves(&self) -> [Self; 2] {
-        let mut row = self.points.clone();
-        let (mut left, mut right) = (vec![row[0]], vec![row[row.len() - 1]]);
-        while row.len() > 1 {
-            row = row
-                .windows(2)
-                .map(|w| (0.5 * (w[0].0 + w[1].0), 0.5 * (w[0].1 + w[1].1)))
-                .collect();
-            left.push(row[0]);
-            right.push(row[row.len() - 1]);
-        }
-        right.reverse();
+        let (mut left, mut right) = (self.points.clone(), self.points.clone());
+        divide(&mut left, &mut right);
         [Self::new(left), Self::new(right)]
-    }
-
-    /// True when the point is outside the bounding box of the segment by more than `border`.
-    fn is_outside_box(&self, uv: Vec2, border: f64) -> bool {
-        uv.y < self.low.y - border
-            || uv.y > self.high.y + border
-            || uv.x > self.high.x + border
-            || uv.x < self.low.x - border
-    }
-
-    /// Signed ray crossings from the end points alone.
-    fn by_ends(&self, uv: Vec2) -> i32 {
-        if uv.x > self.high.x {
-            return 0;
-        }
-        let (a, b) = (self.start().y, self.end().y);
-        i32::from(a <= uv.y && uv.y < b) - i32::from(b <= uv.y && uv.y < a)
     }
 
     /// Signed ray crossings; `None` for a point on the segment.
     fn crossings(&self, uv: Vec2, border: f64) -> Option<i32> {
-        if self.is_outside_box(uv, border) {
-            return Some(self.by_ends(uv));
+        let part = Part { points: &self.points, low: self.low, high: self.high };
+        if part.is_outside_box(uv, border) {
+            return Some(part.by_ends(uv));
         }
-        if self.points.len() == 2 {
-            return self.line_crossings(uv, border);
+        match self.points.len() {
+            2 => self.line_crossings(uv, border),
+            0..=4 => self.crossings_sized::<4>(uv, border),
+            5..=10 => self.crossings_sized::<10>(uv, border),
+            _ => self.crossings_sized::<CONTROL_POINTS_MAX>(uv, border),
         }
-        if let Some(crossings) = self.by_chord(uv, border) {
-            return Some(crossings);
-        }
+    }
+
+    /// As [`Self::crossings`] by subdivision, in buffers of `N` control points.
+    fn crossings_sized<const N: usize>(&self, uv: Vec2, border: f64) -> Option<i32> {
+        let count = self.points.len();
+        let mut first = [(Vec2::zeros(), 0.0); N];
+        first.get_mut(..count)?.copy_from_slice(&self.points);
         let mut winding = 0;
-        let mut stack: Vec<(Self, u32)> = self.halves().map(|h| (h, 1)).into();
-        while let Some((p, depth)) = stack.pop() {
-            if p.is_outside_box(uv, border) {
-                winding += p.by_ends(uv);
-            } else if let Some(crossings) = p.by_chord(uv, border) {
+        let mut stack: Vec<([(Vec2, f64); N], u32)> = vec![(first, 0)];
+        while let Some((mut points, depth)) = stack.pop() {
+            let part = Part::new(&points[..count]);
+            if part.is_outside_box(uv, border) {
+                winding += part.by_ends(uv);
+            } else if let Some(crossings) = part.by_chord(uv, border) {
                 winding += crossings;
-            } else if depth >= SUBDIVISION_DEPTH_MAX || (p.high - p.low).norm() <= border {
+            } else if depth >= SUBDIVISION_DEPTH_MAX || (part.high - part.low).norm() <= border {
                 return None;
             } else {
-                stack.extend(p.halves().map(|h| (h, depth + 1)));
+                let mut right = points;
+                divide(&mut points[..count], &mut right[..count]);
+                stack.extend([(points, depth + 1), (right, depth + 1)]);
             }
         }
         Some(winding)
-    }
-
-    /// Signed ray crossings of the chord, valid when no control point is as far from the chord as the point: the
-    /// segment can then be deformed to its chord without passing over the point.
-    fn by_chord(&self, uv: Vec2, border: f64) -> Option<i32> {
-        let (a, b) = (self.start(), self.end());
-        let d = b - a;
-        let length = d.norm();
-        if length <= border {
-            return None;
-        }
-        let side = d.perp(&(uv - a)) / length;
-        let is_outside_box = |p: &(Vec2, f64)| (d.perp(&(p.0 / p.1 - a)) / length).abs();
-        let widest = self.points.iter().map(is_outside_box).fold(0.0, f64::max);
-        (side.abs() > widest + border).then(|| crossed(a, b, uv, side))
     }
 
     fn line_crossings(&self, uv: Vec2, border: f64) -> Option<i32> {
@@ -121,6 +102,73 @@ impl Piece {
             return None;
         }
         Some(crossed(a, b, uv, side))
+    }
+}
+
+/// Divides a Bezier segment at its middle by de Casteljau's algorithm. Both slices hold its control points; they become
+/// those of the first and the second half.
+fn divide(left: &mut [(Vec2, f64)], right: &mut [(Vec2, f64)]) {
+    let degree = right.len() - 1;
+    for r in 1..=degree {
+        for k in 0..=degree - r {
+            let (a, b) = (right[k], right[k + 1]);
+            right[k] = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
+        }
+        left[r] = right[0];
+    }
+}
+
+/// A part of a segment, and its bounding box.
+struct Part<'a> {
+    points: &'a [(Vec2, f64)],
+    low: Vec2,
+    high: Vec2,
+}
+
+impl<'a> Part<'a> {
+    fn new(points: &'a [(Vec2, f64)]) -> Self {
+        let (mut low, mut high) = (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY));
+        for (p, w) in points {
+            low = low.inf(&(p / *w));
+            high = high.sup(&(p / *w));
+        }
+        Self { points, low, high }
+    }
+
+    fn ends(&self) -> [Vec2; 2] {
+        [self.points[0], self.points[self.points.len() - 1]].map(|(p, w)| p / w)
+    }
+
+    /// True when the point is outside the bounding box of the part by more than `border`.
+    fn is_outside_box(&self, uv: Vec2, border: f64) -> bool {
+        uv.y < self.low.y - border
+            || uv.y > self.high.y + border
+            || uv.x > self.high.x + border
+            || uv.x < self.low.x - border
+    }
+
+    /// Signed ray crossings from the end points alone.
+    fn by_ends(&self, uv: Vec2) -> i32 {
+        if uv.x > self.high.x {
+            return 0;
+        }
+        let [a, b] = self.ends().map(|end| end.y);
+        i32::from(a <= uv.y && uv.y < b) - i32::from(b <= uv.y && uv.y < a)
+    }
+
+    /// Signed ray crossings of the chord, valid when no control point is as far from the chord as the point: the part can
+    /// then be deformed to its chord without passing over the point.
+    fn by_chord(&self, uv: Vec2, border: f64) -> Option<i32> {
+        let [a, b] = self.ends();
+        let d = b - a;
+        let length = d.norm();
+        if length <= border {
+            return None;
+        }
+        let side = d.perp(&(uv - a)) / length;
+        let off_chord = |p: &(Vec2, f64)| (d.perp(&(p.0 / p.1 - a)) / length).abs();
+        let widest = self.points.iter().map(off_chord).fold(0.0, f64::max);
+        (side.abs() > widest + border).then(|| crossed(a, b, uv, side))
     }
 }
 
@@ -145,6 +193,10 @@ pub struct TrimRegion {
     border: f64,
 }
 
+/// Distance of the control points of a segment from its chord, over the length of the chord, up to which it is straight.
+const STRAIGHT_REL: f64 = 1e-12;
+/// Maximum number of control points of a segment: one more than the largest degree of a curve.
+const CONTROL_POINTS_MAX: usize = 26;
 /// Maximum subdivision depth of a segment before a point near it counts as on it.
 const SUBDIVISION_DEPTH_MAX: u32 = 48;
 /// Width of the boundary zone relative to the size of the region.
@@ -219,7 +271,7 @@ fn closed_pieces(ring: &super::model::TrimLoop) -> Vec<Piece> {
     let mut out: Vec<Piece> = Vec::new();
     for bezier in ring.uses.iter().flat_map(|u| u.pcurve.bezier_pieces()) {
         let points = bezier.points().iter().zip(bezier.weights()).map(|(p, &w)| (p * w, w));
-        let piece = Piece::new(points.collect());
+        let piece = Piece::new(points.collect()).straightened();
         if let Some(end) = out.last().map(Piece::end).filter(|&end| end != piece.start()) {
             out.push(Piece::line(end, piece.start()));
         }

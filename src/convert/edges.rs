@@ -220,9 +220,15 @@ impl<'a> EdgeFinder<'a> {
 
     /// Closest point to the middle of the chord on the CAD edge that contains both vertices.
     fn midpoint_on_edge(&self, vertices: [u32; 2], faces: &[u32]) -> Option<Vec3> {
-        let curve = &self.model.edges[self.common_edge(vertices, faces)?].curve;
+        let edge = self.common_edge(vertices, faces)?;
+        let curve = &self.model.edges[edge].curve;
         let [a, b] = vertices.map(|v| self.mesh.vertices[v as usize]);
-        Some(curve.point(curve.closest(&((a + b) * 0.5)).0))
+        let middle = (a + b) * 0.5;
+        let t = match vertices.map(|v| self.mesh.feet.on_edge(v, edge as u32)) {
+            [Some(a), Some(b)] => curve.closest_near(&middle, 0.5 * (a + b), 0.0).0,
+            _ => curve.closest(&middle).0,
+        };
+        Some(curve.point(t))
     }
 
     /// Maximum distance of the curve with coefficient `c` from its CAD edge, or from its face for an interior edge
@@ -250,9 +256,18 @@ impl<'a> EdgeFinder<'a> {
             .fold(0.0, f64::max)
     }
 
-    /// CAD edge of all `faces` that contains both vertices to within `tolerance_mm`; the nearest one of several.
+    /// CAD edge of all `faces` that contains both vertices to within `tolerance_mm`; the nearest one of several. An edge
+    /// on which the mesher placed both is that edge, if there is no other such edge.
     pub(super) fn common_edge(&self, vertices: [u32; 2], faces: &[u32]) -> Option<usize> {
         let (&first, others) = faces.split_first()?;
+        let placed = |e: &&usize| {
+            vertices.iter().all(|&v| self.mesh.feet.on_edge(v, **e as u32).is_some())
+                && others.iter().all(|g| self.edges[g].contains(*e))
+        };
+        let mut known = self.edges[&first].iter().filter(placed);
+        if let (Some(&edge), None) = (known.next(), known.next()) {
+            return Some(edge);
+        }
         let [a, b] = vertices.map(|v| self.mesh.vertices[v as usize]);
         let shared = |e: &&usize| others.iter().all(|g| self.edges[g].contains(*e));
         let reached = |e: &&usize| [a, b].iter().all(|p| self.boxes[*e].distance_squared(p) == 0.0);

@@ -7,7 +7,7 @@ use super::error::ConvertError;
 use super::searches::{SearchedFace, Searches};
 use crate::cad::Model;
 use crate::cad::model::Face;
-use crate::geometry::{Vec2, Vec3};
+use crate::geometry::{Aabb, Vec2, Vec3};
 use crate::mesh::SurfaceMesh;
 
 /// Normals of a mesh at the corners of its elements.
@@ -35,6 +35,9 @@ struct NormalKey {
 
 /// Value of [`NormalKey::element`] where all elements of the face have the same normal.
 const ALL_ELEMENTS: u32 = u32::MAX;
+/// Distance of a vertex from its face, over the size of the mesh, that is rounding. Twice the joining tolerance is added.
+/// A vertex farther from its face is searched on the whole surface.
+const ROUNDING_REL: f64 = 1e-9;
 
 /// Computes the normals of all vertices on all faces. Normals at a vertex that differ by less than `smooth` [rad] are
 /// replaced by their mean.
@@ -55,9 +58,15 @@ pub(super) fn vertex_normals(
         .collect();
     keys.sort_unstable();
     keys.dedup();
+    let rounding = ROUNDING_REL * Aabb::of_points(&mesh.vertices).diagonal();
+    let enough = (rounding + 2.0 * model.join_tolerance).powi(2);
     let feet: Vec<(Vec2, Option<Vec3>)> = keys
         .par_iter()
-        .map(|key| foot_and_normal(searches.face(key.face), &mesh.vertices[key.vertex as usize]))
+        .map(|key| {
+            let start = mesh.feet.on_face(key.vertex, key.face);
+            let x = &mesh.vertices[key.vertex as usize];
+            foot_and_normal(searches.face(key.face), x, (start, enough))
+        })
         .collect();
     searches.check()?;
     let (mut known, mut regular) = (FxHashMap::default(), Feet::default());
@@ -103,9 +112,14 @@ fn add_limit_normals(
 }
 
 /// Foot point of a vertex on the surface of a face, and the normal where the surface is regular. It is regular where
-/// one tangent, times the width of its parameter range, is longer than 1e-6 of the other.
-fn foot_and_normal(searched: SearchedFace<'_>, x: &Vec3) -> (Vec2, Option<Vec3>) {
-    let (face, (uv, _)) = (searched.face, searched.closest(x));
+/// one tangent, times the width of its parameter range, is longer than 1e-6 of the other. `start` are known parameters; a
+/// foot point near them within the squared distance `enough` [mm^2] is accepted.
+fn foot_and_normal(
+    searched: SearchedFace<'_>,
+    x: &Vec3,
+    (start, enough): (Option<Vec2>, f64),
+) -> (Vec2, Option<Vec3>) {
+    let (face, (uv, _)) = (searched.face, searched.foot(x, start, enough));
     let [reach_u, reach_v] = face.reach(&face.surface.derivs(uv));
     let regular = reach_u.min(reach_v) > 1e-6 * reach_u.max(reach_v);
     (uv, if regular { face.normal(uv) } else { None })
@@ -131,7 +145,7 @@ fn normal_beyond_crease(
         return None;
     }
     let others = parts.filter(|&k| k != f).filter_map(|k| {
-        let (uv, normal) = foot_and_normal(searches.face_on_budget(id, k), x);
+        let (uv, normal) = foot_and_normal(searches.face_on_budget(id, k), x, (None, 0.0));
         Some((distance(&model.faces[k], uv), normal?))
     });
     let nearest = others.min_by(|a, b| a.0.total_cmp(&b.0))?;

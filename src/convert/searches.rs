@@ -61,6 +61,12 @@ impl<'a> Searches<'a> {
         SearchedFace { face: &self.model.faces[other], budget: &self.budgets[&id] }
     }
 
+    /// Cells examined so far.
+    #[cfg(test)]
+    pub(super) fn cells(&self) -> u64 {
+        self.budgets.values().map(SearchBudget::used).sum()
+    }
+
     /// Checks that no budget is exhausted. The results on such a face depend on the order of threads.
     ///
     /// # Errors
@@ -81,6 +87,13 @@ impl SearchedFace<'_> {
     /// Closest point of the untrimmed surface: parameters and squared distance [mm^2].
     pub(super) fn closest(&self, p: &Vec3) -> (Vec2, f64) {
         self.budget.closest(&self.face.surface, p)
+    }
+
+    /// Foot point of a vertex on the face, at the parameters `start` where the mesher knows them: Newton's method from
+    /// there finds a point within the squared distance `enough` [mm^2]. Otherwise the whole surface is searched.
+    pub(super) fn foot(&self, p: &Vec3, start: Option<Vec2>, enough: f64) -> (Vec2, f64) {
+        let near = start.map(|start| self.face.surface.descent(p, start));
+        near.filter(|near| near.1 <= enough).unwrap_or_else(|| self.closest(p))
     }
 
     /// As [`Self::closest`], faster when `start` is near the foot point.

@@ -38,7 +38,11 @@ pub fn attach(mesh: &SurfaceMesh, model: &Model) -> Result<SurfaceMesh, MeshErro
         Some(f) if f.distance <= SNAP_DISTANCE_REL * diagonal => f.point,
         _ => *p,
     });
-    let mut out = SurfaceMesh { vertices: vertices.collect(), elements: mesh.elements.clone() };
+    let mut out = SurfaceMesh {
+        vertices: vertices.collect(),
+        elements: mesh.elements.clone(),
+        ..SurfaceMesh::default()
+    };
     let by_surface = majority_faces(&out, &index);
     let attached: Vec<Element> = out
         .elements

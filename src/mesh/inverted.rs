@@ -226,7 +226,14 @@ mod tests {
         let model = whole(Surface::plane(&Frame::world(), [0.0, 2.0], [0.0, 2.0]));
         let element = |e: &&[u32]| Element::from_ring(e, 0).unwrap();
         let vertices = nodes.iter().map(|&[x, y]| Vec3::new(x, y, 0.0)).collect();
-        (model, SurfaceMesh { vertices, elements: elements.iter().map(element).collect() })
+        (
+            model,
+            SurfaceMesh {
+                vertices,
+                elements: elements.iter().map(element).collect(),
+                ..SurfaceMesh::default()
+            },
+        )
     }
 
     #[test]

@@ -8,6 +8,7 @@
 pub mod attach;
 pub mod error;
 mod external;
+mod feet;
 pub mod gmsh;
 mod inverted;
 pub mod io;
@@ -18,6 +19,7 @@ use crate::geometry::{Aabb, Vec3};
 
 pub use attach::attach;
 pub use error::MeshError;
+pub use feet::MeshFeet;
 pub use quality::MeshReport;
 
 /// A surface mesh whose elements refer to their CAD face.
@@ -27,6 +29,8 @@ pub struct SurfaceMesh {
     pub vertices: Vec<Vec3>,
     /// Triangles and quadrilaterals, counter-clockwise seen from outside (against the outward normal of the face).
     pub elements: Vec<Element>,
+    /// Parameters of the vertices on the CAD, where the mesher knows them.
+    pub feet: MeshFeet,
 }
 
 /// A triangle or quadrilateral.
@@ -119,7 +123,7 @@ impl SurfaceMesh {
                 elements.push(Element::triangle([b, c, d], e.face));
             }
         }
-        Self { vertices: self.vertices.clone(), elements }
+        Self { vertices: self.vertices.clone(), elements, feet: self.feet.clone() }
     }
 
     /// Removes unused vertices, preserving the order of the others.
@@ -137,6 +141,7 @@ impl SurfaceMesh {
             }
         }
         self.vertices.truncate(kept);
+        self.feet.renumber(&new_id);
         for e in &mut self.elements {
             let count = usize::from(e.count);
             e.nodes[..count].iter_mut().for_each(|n| *n = new_id[*n as usize]);
@@ -162,6 +167,7 @@ mod tests {
         let mut mesh = SurfaceMesh {
             vertices: vec![p(0.0), p(1.0), p(2.0), p(3.0)],
             elements: vec![Element::triangle([3, 0, 2], 5)],
+            ..SurfaceMesh::default()
         };
         mesh.compact();
         assert_eq!(mesh.vertices, vec![p(0.0), p(2.0), p(3.0)]);

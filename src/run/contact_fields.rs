@@ -32,7 +32,8 @@ pub fn normals(mesh: &HexMesh, positions: &[Vec3]) -> Vec<Vec3> {
     sums.into_iter().map(|sum| sum.try_normalize(0.0).unwrap_or_default()).collect()
 }
 
-/// Area of the faces of the sheet that belongs to each node [mm²]: a quarter of each adjacent face. Zero inside the sheet.
+/// Area of the faces of the sheet that belongs to each node [mm²]: a quarter of each adjacent face. Zero inside the sheet,
+/// and at hanging nodes, whose area is that of their masters as their contact force is.
 #[must_use]
 pub fn face_areas(mesh: &HexMesh, positions: &[Vec3]) -> Vec<f64> {
     let levels = mesh.nodes_per_column.max(1) as u32;
@@ -47,10 +48,12 @@ pub fn face_areas(mesh: &HexMesh, positions: &[Vec3]) -> Vec<f64> {
             nodes.iter().for_each(|&node| areas[node as usize] += 0.25 * area);
         }
     }
+    mesh.share_with_masters(&mut areas);
     areas
 }
 
-/// Contact pressure, state and tool of every node. Tools are numbered from 1, as the parts of `run.pvd`.
+/// Contact pressure, state and tool of every node. Tools are numbered from 1, as the parts of `run.pvd`. A hanging node has
+/// the mean pressure of its masters, and their state and tool if both touch the same tool.
 #[must_use]
 pub fn arrays(mesh: &HexMesh, positions: &[Vec3], contacts: &[NodeContact]) -> [DataArray; 3] {
     let areas = face_areas(mesh, positions);
@@ -64,6 +67,12 @@ pub fn arrays(mesh: &HexMesh, positions: &[Vec3], contacts: &[NodeContact]) -> [
         }
         state[node] = if contact.slips { SLIP } else { STICK };
         tool[node] = i32::try_from(contact.tool.saturating_add(1)).unwrap_or(i32::MAX);
+    }
+    for (node, [a, b]) in mesh.hanging_nodes() {
+        pressure[node] = 0.5 * (pressure[a] + pressure[b]);
+        if tool[a] == tool[b] {
+            (state[node], tool[node]) = (state[a].min(state[b]), tool[a]);
+        }
     }
     [
         DataArray::single("contact_pressure_mpa", pressure),
@@ -103,6 +112,36 @@ mod tests {
         let back = Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0));
         let below: Vec<Vec3> = flat.nodes.iter().map(|x| back * x).collect();
         assert!(normals(&flat, &below).iter().all(|n| (n + Vec3::z()).norm() < 1e-15));
+    }
+
+    /// A uniform pressure on a refined sheet is uniform at all nodes, those that hang too.
+    #[test]
+    fn the_pressure_of_a_hanging_node_is_that_of_its_masters() {
+        use crate::solver::sheet::refine::{Refinement, plan_elements};
+        let base = rectangle(6.0, 6.0, 0.9, 3, 3, 2);
+        let levels = vec![0, 0, 0, 0, 2, 0, 0, 0, 0];
+        let mesh = Refinement::balanced(plan_elements(&base), levels).mesh(&base, None);
+        let areas = face_areas(&mesh, &mesh.nodes);
+        assert!((areas.iter().sum::<f64>() - 72.0).abs() < 1e-12);
+        let carrying = (0..mesh.nodes.len()).filter(|&node| areas[node] > 0.0);
+        let of = |node: usize| NodeContact {
+            node,
+            tool: 1,
+            slips: true,
+            normal_force: 3.0 * areas[node],
+        };
+        let contacts: Vec<NodeContact> = carrying.map(of).collect();
+        assert!(contacts.iter().all(|c| mesh.masters(c.node).is_none()));
+        let mut grid = Vtu::new(mesh.nodes.clone());
+        mesh.elements.iter().for_each(|element| grid.push_cell(CellKind::Hexahedron, element));
+        grid.point_data.extend(arrays(&mesh, &mesh.nodes, &contacts));
+        let folder = tempfile::tempdir().unwrap();
+        grid.write(&folder.path().join("a.vtu")).unwrap();
+        let read = vtu_read::read(&folder.path().join("a.vtu")).unwrap().point_data;
+        for node in (0..mesh.nodes.len()).filter(|node| node % 3 != 1) {
+            let found: [f64; 3] = std::array::from_fn(|k| read[k].values[node]);
+            assert!((found[0] - 3.0).abs() < 1e-6 && found[1..] == [2.0, 2.0], "{node}: {found:?}");
+        }
     }
 
     /// Areas add up to that of both faces; pressure times area is the normal force.

@@ -59,12 +59,10 @@ pub fn borders(mesh: &HexMesh, positions: &[Vec3], symmetry: &[(usize, f64)]) ->
 
 /// The next column on the border, counter-clockwise around the sheet.
 fn next_on_border(mesh: &HexMesh) -> BTreeMap<usize, usize> {
-    let levels = mesh.nodes_per_column.max(1) as u32;
     let mut sides = BTreeMap::new();
-    let upper = mesh.elements.iter().map(|e| [e[4], e[5], e[6], e[7]]);
-    for quad in upper.filter(|quad| quad.iter().all(|n| n % levels == levels - 1)) {
-        for k in 0..4 {
-            let [a, b] = [quad[k], quad[(k + 1) % 4]].map(|n| (n / levels) as usize);
+    for polygon in mesh.upper_polygons() {
+        for k in 0..polygon.len() {
+            let [a, b] = [polygon[k], polygon[(k + 1) % polygon.len()]];
             if a != b && sides.remove(&(b, a)).is_none() {
                 sides.insert((a, b), ());
             }
@@ -131,6 +129,7 @@ fn border(chain: &[usize], plan: &impl Fn(usize) -> Vec2, now: &impl Fn(usize) -
 mod tests {
     use super::*;
     use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::solver::sheet::refine::{Refinement, plan_elements};
 
     /// A square that shrinks about its middle by 10 %: every side moves inwards by 5 % of its length, corners by
     /// sqrt(2) times that.
@@ -162,6 +161,17 @@ mod tests {
         let mut bent = mesh.clone();
         bent.nodes.iter_mut().for_each(|x| x.z += 0.1 * x.x);
         assert!(borders(&bent, &moved, &[]).is_empty());
+    }
+
+    #[test]
+    fn sides_beside_hanging_nodes_are_no_borders() {
+        let base = rectangle(6.0, 6.0, 1.0, 3, 3, 1);
+        let levels = vec![2, 0, 0, 0, 1, 0, 0, 0, 0];
+        let mesh = Refinement::balanced(plan_elements(&base), levels).mesh(&base, None);
+        assert!(!mesh.hanging.is_empty());
+        let found = borders(&mesh, &mesh.nodes.clone(), &[]);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].last().unwrap().arc_mm - 24.0).abs() < 1e-12);
     }
 
     #[test]

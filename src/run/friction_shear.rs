@@ -62,13 +62,15 @@ pub fn through_thickness_shear(
 /// excluded.
 fn flat(mesh: &HexMesh, pressed: &[bool]) -> Vec<bool> {
     let mut inside = pressed.to_vec();
-    for_each_face(mesh, |_, nodes| {
+    for_each_face(mesh, |element, nodes| {
+        let nodes = nodes.map(|node| mesh.effective_node(element, node as u32) as usize);
         if nodes.iter().any(|node| !pressed[*node]) {
             nodes.iter().for_each(|node| inside[*node] = false);
         }
     });
     let mut out = vec![false; pressed.len()];
-    for_each_face(mesh, |_, nodes| {
+    for_each_face(mesh, |element, nodes| {
+        let nodes = nodes.map(|node| mesh.effective_node(element, node as u32) as usize);
         if nodes.iter().any(|node| inside[*node]) {
             nodes.iter().for_each(|node| out[*node] = true);
         }
@@ -97,6 +99,15 @@ fn faces(mesh: &HexMesh, positions: &[Vec3], stress: &[f64]) -> Vec<Face> {
             out[node].elements += 1.0;
         }
     });
+    // The masters of a hanging node carry its force, half each.
+    for (node, masters) in mesh.hanging_nodes() {
+        let Face { area, stress, elements } = std::mem::take(&mut out[node]);
+        for master in masters {
+            out[master].area += 0.5 * area;
+            out[master].stress += 0.5 * stress;
+            out[master].elements += 0.5 * elements;
+        }
+    }
     out
 }
 

@@ -56,7 +56,10 @@ fn inside_elements(mesh: &HexMesh, positions: &[Vec3]) -> Vec<usize> {
         let (x, mut found) = (&positions[node], Vec::new());
         tree.overlapping(&Aabb { min: *x, max: *x }, |k| {
             let (element, region) = (&mesh.elements[k as usize], &boxes[k as usize]);
-            if element.contains(&(node as u32)) || region.distance_squared(x) > 0.0 {
+            let belongs = |node: usize| element.contains(&(node as u32));
+            // A hanging node lies on the side of a coarser element.
+            let hangs = mesh.masters(node).is_some_and(|masters| masters.into_iter().all(belongs));
+            if belongs(node) || hangs || region.distance_squared(x) > 0.0 {
                 return;
             }
             let at = natural_coordinates(&corners(element), x);
@@ -158,6 +161,29 @@ mod tests {
             .map(|x| Vec3::new(x.x - 3.0 * x.x.signum() * (-x.z / 10.0).clamp(0.0, 1.0), x.y, x.z))
             .collect();
         assert_eq!(self_penetration(&mesh, &shut, &[], 1), None);
+    }
+
+    #[test]
+    fn hanging_nodes_on_the_sides_of_coarser_elements_are_not_inside_them() {
+        use crate::solver::sheet::refine::{Refinement, plan_elements};
+        let base = rectangle(6.0, 6.0, 1.0, 3, 3, 2);
+        let levels = vec![0, 0, 0, 0, 2, 0, 0, 0, 0];
+        let mesh = Refinement::balanced(plan_elements(&base), levels).mesh(&base, None);
+        let mut u: Vec<f64> = mesh
+            .nodes
+            .iter()
+            .flat_map(|x| [-0.02 * x.x * x.z, 0.0, 0.01 * x.x * x.x + 0.02 * x.x * x.y])
+            .collect();
+        mesh.set_means(&mut u);
+        let bent: Vec<Vec3> = mesh
+            .nodes
+            .iter()
+            .zip(u.chunks_exact(3))
+            .map(|(x, u)| x + Vec3::from_column_slice(u))
+            .collect();
+        for positions in [&mesh.nodes, &bent] {
+            assert_eq!(self_penetration(&mesh, positions, &[], 1), None);
+        }
     }
 
     #[test]

@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
+use super::check::ELEMENTS_MAX;
 use super::error::SceneError;
 use super::file_sheet::{FileSheet, of_file};
+use super::plan::Plan;
+use super::refine::refinement;
 use super::types::{Blank, BlankShape, Region, Scene, SymmetryPlane};
 use crate::geometry::Vec3;
 use crate::solver::Constraints;
@@ -26,7 +29,29 @@ pub(super) fn blank_mesh(
     folder: &Path,
     read: Option<&FileSheet>,
 ) -> Result<HexMesh, SceneError> {
-    let mut mesh = match &blank.shape {
+    let mut mesh = base_mesh(blank, scene, folder, read)?;
+    if !blank.refine.is_empty() {
+        let value = |(place, found, allowed): Fault| SceneError::Value {
+            path: scene.to_path_buf(),
+            place,
+            found,
+            allowed,
+        };
+        let refinement = refinement(&blank.refine, &mesh, ELEMENTS_MAX).map_err(value)?;
+        mesh = refinement.mesh(&mesh, rim(&blank.shape));
+    }
+    mesh.nodes.iter_mut().for_each(|x| x.z += blank.z_mm);
+    Ok(mesh)
+}
+
+/// The mesh of the blank without refinement and shift along z.
+fn base_mesh(
+    blank: &Blank,
+    scene: &Path,
+    folder: &Path,
+    read: Option<&FileSheet>,
+) -> Result<HexMesh, SceneError> {
+    let mesh = match &blank.shape {
         BlankShape::Rectangle { corner_mm, size_mm, elements } => {
             let [(sx, sy), (nx, ny)] = [*size_mm, elements.map(|n| n as f64)].map(|p| (p[0], p[1]));
             let mut mesh =
@@ -48,12 +73,35 @@ pub(super) fn blank_mesh(
             None => of_file(blank, scene, &folder.join(file), *state)?.mesh(blank),
         },
     };
-    mesh.nodes.iter_mut().for_each(|x| x.z += blank.z_mm);
     Ok(mesh)
 }
 
-/// Constraints from symmetry planes and `holds`.
-pub(super) fn constraints(scene: &Scene, nodes: &[Vec3]) -> Result<Constraints, Fault> {
+/// Radius of the curved outline of a blank about the origin [mm], if it has one.
+fn rim(shape: &BlankShape) -> Option<f64> {
+    match shape {
+        BlankShape::QuarterDisc { radius_mm, .. } | BlankShape::Disc { radius_mm, .. } => {
+            Some(*radius_mm)
+        }
+        BlankShape::Rectangle { .. } | BlankShape::Mesh { .. } => None,
+    }
+}
+
+/// Number of elements in plan whose level of refinement is above that of the scene, since levels of neighbours differ by
+/// at most 1. `None` without refinement.
+#[must_use]
+pub fn raised_elements(plan: &Plan) -> Option<usize> {
+    let blank = &plan.scene.blank;
+    if blank.refine.is_empty() {
+        return None;
+    }
+    let read = plan.files.iter().find_map(|file| file.sheet.as_deref());
+    let base = base_mesh(blank, Path::new(""), &plan.folder, read).ok()?;
+    Some(refinement(&blank.refine, &base, ELEMENTS_MAX).ok()?.raised)
+}
+
+/// Constraints from symmetry planes and `holds`. Hanging nodes have none of their own.
+pub(super) fn constraints(scene: &Scene, mesh: &HexMesh) -> Result<Constraints, Fault> {
+    let nodes = &mesh.nodes[..];
     let mut constraints = Constraints::none(nodes.len());
     let tolerance = tolerance(nodes);
     for (k, plane) in scene.symmetry.iter().enumerate() {
@@ -67,10 +115,17 @@ pub(super) fn constraints(scene: &Scene, nodes: &[Vec3]) -> Result<Constraints, 
         }
     }
     for (k, hold) in scene.holds.iter().enumerate() {
-        for node in nodes_in(&hold.region, nodes, &format!("holds[{k}].where"))? {
+        let place = format!("holds[{k}].where");
+        let found = nodes_in(&hold.region, nodes, &place)?;
+        if found.iter().all(|&node| mesh.masters(node).is_some()) {
+            let allowed = "a region that holds the nodes on both sides of them, too";
+            return Err((place, "hanging nodes only".into(), allowed.into()));
+        }
+        for node in found {
             hold.axes.iter().for_each(|axis| constraints.hold(node, axis.index()));
         }
     }
+    mesh.hanging_nodes().for_each(|(node, _)| constraints.hang(node));
     Ok(constraints)
 }
 

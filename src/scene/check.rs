@@ -2,6 +2,7 @@
 
 use super::error::Fault;
 use super::motions::discontinuity;
+use super::refine;
 use super::rolling;
 use super::types::{Accuracy, Blank, BlankShape, Drive, Scene, SolverLimits};
 use crate::solver::element::ElementKind;
@@ -200,7 +201,7 @@ fn check_solver(solver: &SolverLimits) -> Result<(), Fault> {
 }
 
 /// Largest number of elements of a blank.
-const ELEMENTS_MAX: usize = 20_000_000;
+pub(super) const ELEMENTS_MAX: usize = 20_000_000;
 /// Largest number of layers through the thickness; two to eight resolve bending. With twice as many, a scene at the
 /// limit needs twice the memory and, for the fronts of the factorisation, eight times the time.
 const LAYERS_MAX: usize = 100;
@@ -209,6 +210,7 @@ fn check_blank(scene: &Scene) -> Result<(), Fault> {
     let blank = &scene.blank;
     check_lengths(blank)?;
     check_counts(blank)?;
+    refine::check(&blank.refine)?;
     if let ElementKind::SolidShell { points, .. } = blank.element {
         let place = "blank.element.solid-shell.points".into();
         need((3..=9).contains(&points), place, points.to_string(), "3 to 9")?;

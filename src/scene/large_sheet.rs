@@ -33,8 +33,12 @@ pub struct LargeSheet {
 }
 
 impl LargeSheet {
-    /// The mesh file of a blank if it is too large to be read during a check. `folder`: base of its path.
+    /// The mesh file of a blank if it is too large to be read during a check. `folder`: base of its path. A file whose
+    /// elements are refined is read in any case, since their number depends on it.
     pub(super) fn of(blank: &Blank, folder: &Path) -> Option<Self> {
+        if !blank.refine.is_empty() {
+            return None;
+        }
         let BlankShape::Mesh { file, .. } = &blank.shape else { return None };
         let path = folder.join(file);
         let bytes = std::fs::metadata(&path).ok().filter(std::fs::Metadata::is_file)?.len();

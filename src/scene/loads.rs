@@ -25,7 +25,7 @@ const EDGES: [[usize; 2]; 12] = [
     [3, 7],
 ];
 
-/// Nodal forces on the modelled part [N], for a process of `share` symmetric fractions; empty without loads.
+/// Nodal forces on the modelled part [N], those of hanging nodes on their masters, for a process of `share` symmetric fractions; empty without loads.
 pub(super) fn loads(scene: &Scene, mesh: &HexMesh, share: f64) -> Result<Vec<f64>, Fault> {
     if scene.loads.is_empty() {
         return Ok(Vec::new());
@@ -39,6 +39,7 @@ pub(super) fn loads(scene: &Scene, mesh: &HexMesh, share: f64) -> Result<Vec<f64
             }
         }
     }
+    mesh.move_to_masters(&mut forces);
     Ok(forces)
 }
 
@@ -50,9 +51,19 @@ fn fractions(mesh: &HexMesh, there: &[usize]) -> Vec<f64> {
     let all = |nodes: &[u32]| nodes.iter().all(|&node| inside[node as usize]);
     let elements = || mesh.elements.iter();
     let volumes: BTreeSet<Vec<u32>> = elements().filter(|e| all(*e)).map(|e| e.to_vec()).collect();
+    // Sides of a coarser element with hanging nodes are those of the finer ones beside it.
+    let levels = mesh.nodes_per_column.max(1) as u32;
+    let between = mesh.hanging.between();
+    let is_divided = |e: &[u32; 8], corners: &[usize]| {
+        let mut columns: Vec<u32> = corners.iter().map(|&k| e[k] / levels).collect();
+        columns.sort_unstable();
+        columns.dedup();
+        <[u32; 2]>::try_from(columns).is_ok_and(|side| between.contains_key(&side))
+    };
     let each = |corners: &[&[usize]]| -> BTreeSet<Vec<u32>> {
         let of = |e: &[u32; 8]| {
-            let fractions = corners.iter().map(|corners| corners.iter().map(|&k| e[k]).collect());
+            let whole = corners.iter().filter(|corners| !is_divided(e, corners));
+            let fractions = whole.map(|corners| corners.iter().map(|&k| e[k]).collect());
             fractions.filter(|nodes: &Vec<u32>| all(nodes)).map(canonical_order).collect::<Vec<_>>()
         };
         elements().flat_map(of).collect()
@@ -108,6 +119,29 @@ mod tests {
 
     fn at(mesh: &HexMesh, inside: impl Fn(&Vec3) -> bool) -> Vec<usize> {
         (0..mesh.nodes.len()).filter(|&node| inside(&mesh.nodes[node])).collect()
+    }
+
+    /// A uniform force on a plane between coarse and fine elements: each of the two sides counts once.
+    #[test]
+    fn a_force_on_a_border_of_refinement_is_spread_over_its_area() {
+        use crate::solver::sheet::refine::{Refinement, plan_elements};
+        let base = rectangle(4.0, 4.0, 1.0, 2, 2, 1);
+        let mesh = Refinement::balanced(plan_elements(&base), vec![1, 0, 0, 0]).mesh(&base, None);
+        let there = at(&mesh, |x| (x.x - 2.0).abs() < 1e-9);
+        let mut forces = vec![0.0; 3 * mesh.nodes.len()];
+        for (&node, part) in there.iter().zip(fractions(&mesh, &there)) {
+            forces[3 * node] = part;
+        }
+        mesh.move_to_masters(&mut forces);
+        for node in there {
+            let x = mesh.nodes[node];
+            let expected = match mesh.masters(node) {
+                Some(_) => 0.0,
+                None if (x.y - 2.0).abs() < 1e-9 => 0.25,
+                None => 0.125,
+            };
+            assert!((forces[3 * node] - expected).abs() < 1e-15, "{x}: {}", forces[3 * node]);
+        }
     }
 
     #[test]

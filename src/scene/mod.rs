@@ -20,6 +20,7 @@ mod output;
 pub mod plan;
 pub mod preview;
 pub mod read;
+mod refine;
 mod rolling;
 pub mod set_value;
 pub mod setup;

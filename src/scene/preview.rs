@@ -24,9 +24,12 @@ pub struct SheetCounts {
 }
 
 impl SheetCounts {
-    /// Counts of a blank described in the scene; `None` for a mesh file.
+    /// Counts of a blank described in the scene; `None` for a mesh file or a refined blank.
     #[must_use]
     pub fn of_blank(blank: &Blank) -> Option<Self> {
+        if !blank.refine.is_empty() {
+            return None;
+        }
         let (quads, columns, grid) = match blank.shape {
             BlankShape::Rectangle { elements: [nx, ny], .. } => {
                 (nx * ny, (nx + 1) * (ny + 1), [nx + 1, ny + 1].map(|n| n as f64))
@@ -71,7 +74,7 @@ impl SheetCounts {
 
 impl Plan {
     /// The plan with a coarser mesh of the same outline, and the ratio of its element lengths to those of the scene.
-    /// `None` if the mesh is small enough or read from a file.
+    /// `None` if the mesh is small enough, refined, or read from a file.
     #[must_use]
     pub fn coarsened(&self) -> Option<(Self, f64)> {
         let counts = SheetCounts::of_blank(&self.scene.blank)?;

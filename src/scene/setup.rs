@@ -37,7 +37,7 @@ impl Plan {
         };
         let read = self.files.iter().find_map(|file| file.sheet.as_deref());
         let mesh = blank_mesh(&self.scene.blank, path, &self.folder, read)?;
-        let constraints = constraints(&self.scene, &mesh.nodes).map_err(value)?;
+        let constraints = constraints(&self.scene, &mesh).map_err(value)?;
         let loads = loads(&self.scene, &mesh, self.symmetry_factor()).map_err(value)?;
         let mut body = Body::new(mesh, self.scene.blank.element, self.material.clone())
             .map_err(|e| value(("blank".into(), e.to_string(), "a sound mesh".into())))?;

@@ -8,6 +8,7 @@ pub use super::accuracy::Accuracy;
 pub use super::course::Course;
 pub use super::drive::{Drive, Spring};
 pub use super::output::{Output, Section};
+pub use super::refine::{PlanRegion, Refine};
 pub use super::tool_cad::{SheetSurface, ToolCad};
 use crate::report::record::Quality;
 use crate::solver::element::ElementKind;
@@ -76,6 +77,9 @@ pub struct Blank {
     /// Elements through the thickness, >= 1. A file of hexahedra defines its own.
     #[serde(default = "one")]
     pub layers: usize,
+    /// Elements that are split in plan, for example over the radii of the tools.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub refine: Vec<Refine>,
     /// z of the lower face [mm]; for a mesh file a shift along z.
     #[serde(default)]
     pub z_mm: f64,

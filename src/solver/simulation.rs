@@ -53,13 +53,16 @@ impl SimulationSetup {
 }
 
 impl Simulation {
-    /// Checks the model, analyses the matrix and places the tools.
+    /// Checks the model, analyses the matrix and places the tools. Loads on hanging nodes go to their masters.
     ///
     /// # Errors
     /// [`SimulationError::Setup`], [`SimulationError::NoTouch`], [`SimulationError::Linear`].
     pub fn new(setup: SimulationSetup) -> Result<Self, SimulationError> {
         check(&setup)?;
-        let SimulationSetup { body, constraints, loads, tools, stages, limits, share } = setup;
+        let SimulationSetup { body, constraints, mut loads, tools, stages, limits, share } = setup;
+        if !loads.is_empty() {
+            body.mesh().move_to_masters(&mut loads);
+        }
         let mut tools: Vec<Tool> =
             tools.into_iter().map(|setup| Tool { setup, travel: 0.0 }).collect();
         place(&mut tools, &body)?;
@@ -207,6 +210,7 @@ pub(in crate::solver) fn check(setup: &SimulationSetup) -> Result<(), Simulation
             setup.constraints.len()
         ));
     }
+    check_hanging(setup)?;
     let loads = setup.loads.len();
     if loads != 0 && loads != 3 * nodes {
         return setup_error(format!(
@@ -218,6 +222,21 @@ pub(in crate::solver) fn check(setup: &SimulationSetup) -> Result<(), Simulation
     }
     setup.tools.iter().try_for_each(check_tool)?;
     setup.stages.iter().try_for_each(|stage| check_stage(stage, setup.tools.len()))
+}
+
+/// Hanging nodes have no supports of their own: those of both masters hold them.
+fn check_hanging(setup: &SimulationSetup) -> Result<(), SimulationError> {
+    let held = |node: usize, axis: usize| setup.constraints.is_held(node, axis);
+    for (node, masters) in setup.body.mesh().hanging_nodes() {
+        let alone = |&axis: &usize| held(node, axis) && !masters.iter().all(|&m| held(m, axis));
+        if let Some(axis) = (0..3).find(alone) {
+            return setup_error(format!(
+                "hanging node {node} is held along axis {axis}, its masters {} and {} are not both: hold them instead",
+                masters[0], masters[1]
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn setup_error(text: String) -> Result<(), SimulationError> {

@@ -203,13 +203,26 @@ fn conditions(d: &Vec3, ends: &[[Vec3; 2]], kept: Kept) -> Vec<(Vec3, f64)> {
     rows
 }
 
+/// Singular value over the largest one below which a direction is not determined by the normals: no deviation along it.
+const SINGULAR_VALUE_MIN_REL: f64 = 1e-6;
+/// Cosine of the angle between two rows below which they are orthogonal.
+const ORTHOGONAL_COSINE_MAX: f64 = 1e-12;
+
 /// Least-squares solution of the rows `a . (start + x) = b` with the smallest norm of `x`.
 fn smallest_solution(rows: &[(Vec3, f64)], start: &Vec3) -> Vec3 {
+    let crossed = |a: &Vec3, b: &Vec3| a.dot(b).abs() > ORTHOGONAL_COSINE_MAX * a.norm() * b.norm();
+    if rows.len() <= 2 && !rows.windows(2).any(|w| crossed(&w[0].0, &w[1].0)) {
+        // Mean and half difference of the unit normals of one side: their lengths are the singular values.
+        let largest = rows.iter().map(|row| row.0.norm_squared()).fold(0.0, f64::max);
+        let sound =
+            |a: &Vec3| a.norm_squared() > SINGULAR_VALUE_MIN_REL * SINGULAR_VALUE_MIN_REL * largest;
+        let part = |(a, b): &(Vec3, f64)| a * ((b - a.dot(start)) / a.norm_squared());
+        return rows.iter().filter(|row| sound(&row.0)).map(part).sum();
+    }
     let matrix = DMatrix::from_fn(rows.len(), 3, |r, k| rows[r].0[k]);
     let right = DVector::from_fn(rows.len(), |r, _| rows[r].1 - rows[r].0.dot(start));
     let svd = matrix.svd(true, true);
-    // Directions with singular values below 1e-6 are not determined by the normals: no deviation along them.
-    let smallest = 1e-6 * svd.singular_values.max();
+    let smallest = SINGULAR_VALUE_MIN_REL * svd.singular_values.max();
     svd.solve(&right, smallest).map_or_else(|_| Vec3::zeros(), |c| Vec3::new(c[0], c[1], c[2]))
 }
 

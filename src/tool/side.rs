@@ -19,6 +19,12 @@ pub fn corners(sides: usize) -> &'static [(f64, f64)] {
     }
 }
 
+/// Vertices at the ends of side `side` of a patch, given by the vertex ids of its corners.
+#[must_use]
+pub fn side_ends(ring: &[u32], side: usize) -> [u32; 2] {
+    [ring[side % ring.len()], ring[(side + 1) % ring.len()]]
+}
+
 /// A side of a patch as a curve over [0, 1].
 #[derive(Debug, Clone)]
 pub struct SideCurve<'a> {

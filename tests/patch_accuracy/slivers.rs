@@ -57,7 +57,7 @@ fn mesh(places: &[[f64; 2]], rings: &[&[u32]]) -> SurfaceMesh {
     let good = [0, 1, 2, 3].map(|k| first + k);
     let rings = rings.iter().copied().chain([&good[..]]);
     let elements = rings.map(|ids| Element::from_ring(ids, 0).unwrap()).collect();
-    SurfaceMesh { vertices, elements }
+    SurfaceMesh { vertices, elements, ..SurfaceMesh::default() }
 }
 
 fn made(

@@ -49,6 +49,17 @@ pub struct WorkLimitReached;
 /// Distance relative to the model's size below which two points coincide.
 const COINCIDENCE_TOLERANCE_REL: f64 = 1e-9;
 
+/// The closest point on the edges of a face.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct EdgeFoot {
+    /// The edge.
+    pub edge: usize,
+    /// Parameter on its curve, over its domain: 0 to 1.
+    pub fraction: f64,
+    /// The point [mm].
+    pub point: Vec3,
+}
+
 /// State of a search.
 struct Search<'p> {
     p: &'p Vec3,
@@ -186,6 +197,21 @@ impl<'m> ClosestPoint<'m> {
             self.reach(&search)
         });
         self.answer(&search, Some(face)).ok().flatten()
+    }
+
+    /// Point of the edges of a face closest to `p`; `None` for a face without edges.
+    pub(crate) fn closest_edge_of_face(&self, face: usize, p: &Vec3) -> Option<EdgeFoot> {
+        let (ids, tree) = self.face_spans.get(face)?;
+        let mut search = Search::new(p);
+        tree.nearest(p, f64::INFINITY, |k, _| {
+            self.try_span(ids[k as usize], &mut search);
+            search.edge.map_or(f64::INFINITY, |e| e.2)
+        });
+        let (span, t, _) = search.edge?;
+        let span = &self.spans[span as usize];
+        let edge = span.edge as usize;
+        let [a, b] = self.model.edges[edge].curve.domain();
+        Some(EdgeFoot { edge, fraction: (t - a) / (b - a), point: span.curve.point(t) })
     }
 
     /// Squared search radius: a leaf or span within it may contain the answer, or the edge that carries a foot point

@@ -18,7 +18,11 @@ fn channel(n: usize) -> SurfaceMesh {
     let vertices =
         profile.iter().flat_map(|&[x, z]| [0.0, 5.0].map(|y| Vec3::new(x, y, z))).collect();
     let quad = |k: u32| Element::quad([2 * k, 2 * k + 2, 2 * k + 3, 2 * k + 1], UNATTACHED);
-    SurfaceMesh { vertices, elements: (0..profile.len() as u32 - 1).map(quad).collect() }
+    SurfaceMesh {
+        vertices,
+        elements: (0..profile.len() as u32 - 1).map(quad).collect(),
+        ..SurfaceMesh::default()
+    }
 }
 
 fn converted(file: &MeshFile, crease_deg: f64) -> (ToolModel, ConvertReport, NormalSource) {
@@ -106,7 +110,11 @@ fn a_moebius_strip_is_refused_at_an_edge() {
         let ends = if k + 1 == count { [b + 1, b] } else { [b, b + 1] };
         Element::quad([a, ends[0], ends[1], a + 1], UNATTACHED)
     };
-    let mesh = SurfaceMesh { vertices, elements: (0..count).map(quad).collect() };
+    let mesh = SurfaceMesh {
+        vertices,
+        elements: (0..count).map(quad).collect(),
+        ..SurfaceMesh::default()
+    };
     let error =
         convert_mesh(&mesh.into(), &ConvertOptions::default(), 40.0).unwrap_err().to_string();
     assert!(error.contains("Moebius") && error.contains("mm"), "{error}");

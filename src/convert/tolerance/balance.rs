@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use crate::audit::local::LocalReference;
 use crate::audit::report::PatchAudit;
 use crate::audit::sample::PatchSamples;
-use crate::audit::{Audit, AuditOptions, AuditReport, audit};
+use crate::audit::{Audit, AuditOptions, AuditReport, audit_from};
 use crate::cad::Model;
 use crate::convert::{ConvertError, ConvertOptions, edges};
 use crate::geometry::Aabb;
@@ -22,6 +22,7 @@ use crate::tool::{ToolModel, side};
 use super::error::ToleranceError;
 use super::goal::Refined;
 use super::minimax::{Row, minimax_shifts};
+use super::starts::known_starts;
 use super::vertex_directions::{VertexDirection, vertex_directions};
 
 /// Number of patches up to which a model is corrected in up to [`ROUNDS_SMALL_MAX`] rounds.
@@ -66,7 +67,7 @@ pub(super) fn balance_errors(
         };
         let mut tried: Vec<f64> = shifts.iter().zip(&more).map(|(s, m)| s + length * m).collect();
         let tool = move_without_inversion(&plain.tool, &mut tried, &directions, options)?;
-        let found = audit(&tool, reference, audit_options)?;
+        let found = audit_from(&tool, reference, audit_options, &known_starts(&samples))?;
         let folds = found.report.folded.len() > plain.audit.folded.len();
         let reduction = error_norm(&found.report, scale) / error_norm(&best.audit, scale);
         if folds || reduction.is_nan() || reduction >= 1.0 {

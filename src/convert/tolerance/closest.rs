@@ -11,6 +11,7 @@ use super::goal::{Goal, Refined};
 use super::scope::Scope;
 use super::state::State;
 use crate::convert::unfolded::mesh_and_convert;
+use crate::mesh::MeshFeet;
 use crate::mesh::mapped::MappedOptions;
 
 /// Patches of all uniform models together. Doubled: twice the time of files that no divisions bring within the tolerance
@@ -100,7 +101,7 @@ impl Scope<'_> {
     pub(super) fn uniform_model(&self, arc_divisions: usize, goal: &Goal) -> Option<Refined> {
         let options = MappedOptions { arc_divisions, by_turn: false, fewest: false, ..self.mesh };
         let made = mesh_and_convert(self.plan.model(), &options, self.options).ok()?;
-        Some(self.audited(made, goal).ok()?.0)
+        Some(self.audited(made, &MeshFeet::default(), goal).ok()?.0)
     }
 
     /// The model closest to the goal, after a search that ended with the error `why`.

@@ -11,15 +11,16 @@ use super::face_result::FaceResult;
 use super::results::{Evaluated, Evaluations, Key};
 use super::scope::{Scope, shift_face_numbers};
 use super::slide_estimate::Neighbours;
+use super::starts::patch_starts;
 use crate::audit::local::LocalReference;
-use crate::audit::{AuditOptions, CadReference, audit};
+use crate::audit::{AuditOptions, CadReference, audit_from};
 use crate::cad::model::Edge;
 use crate::convert::{ConvertOptions, convert};
 use crate::geometry::{Aabb, Vec3};
-use crate::mesh::SurfaceMesh;
 use crate::mesh::mapped::is_crease;
 use crate::mesh::mapped::plan::{Divisions, Plan};
-use crate::tool::side::{SideCurve, sides_used_once};
+use crate::mesh::{MeshFeet, SurfaceMesh};
+use crate::tool::side::{SideCurve, side_ends, sides_used_once};
 use crate::tool::{Patch, ToolModel};
 
 /// Tolerance factors for faces evaluated alone, largest first: the vertex motion of the complete model reduces the
@@ -73,7 +74,9 @@ impl<'a> FaceEvaluator<'a> {
         let options = ConvertOptions { sheet_side: None, flip: false, ..scope.options.clone() };
         let &Scope { ref plan, reference, first, normals, .. } = scope;
         let model = plan.model();
-        let margin = 1e-6 * model.bbox().diagonal() + 2.0 * model.join_tolerance;
+        let hulls = model.edges.iter().map(|e| Aabb::of_points(e.curve.points()));
+        let size = hulls.fold(Aabb::EMPTY, |sum, hull| sum.union(&hull)).diagonal();
+        let margin = 1e-6 * size + 2.0 * model.join_tolerance;
         let hull = |e: &Edge| Aabb::of_points(e.curve.points()).widened(margin);
         Self {
             plan,
@@ -159,7 +162,8 @@ impl<'a> FaceEvaluator<'a> {
     /// Result of a mesh of face `f`; `None` when its patches fold or cannot be made.
     fn evaluate_mesh(&self, f: usize, mesh: &SurfaceMesh) -> Option<Evaluated> {
         let (mut tool, made) = convert(self.plan.model(), mesh, &self.options).ok()?;
-        let edge_deviations = self.edge_deviations(f, &tool);
+        let edge_deviations = self.edge_deviations(f, &tool, &mesh.feet);
+        let starts = patch_starts(&tool, (self.plan.model(), 0), &mesh.feet);
         shift_face_numbers(&mut tool, self.first);
         if !made.folded.is_empty() {
             return None;
@@ -167,22 +171,23 @@ impl<'a> FaceEvaluator<'a> {
         let options = AuditOptions {
             samples: 4,
             refine: if self.normals { REFINED_PATCHES } else { 0 },
+            areas: false,
             borders: false,
             worst: WORST_PATCHES,
             ..AuditOptions::default()
         };
-        let found = audit(&tool, &LocalReference(self.reference), &options).ok()?;
+        let found = audit_from(&tool, &LocalReference(self.reference), &options, &starts).ok()?;
         let report = &found.report;
         if !report.folded.is_empty() {
             return None;
         }
-        let edge = |side: &SideCurve<'_>| self.edge_of_side(f, side);
+        let edge = |side: &SideCurve<'_>, ends| self.edge_of_side(f, side, (ends, &mesh.feet));
         let error_mm = report.worst_mm();
         let estimated_mm = match self.neighbours {
             Some(n) => n.estimate_error(f, (&tool, &found), &self.options, edge).ok()?,
             None => error_mm,
         };
-        let (crease_deviation_mm, at) = self.crease_deviation(f, &tool, &made.redone);
+        let (crease_deviation_mm, at) = self.crease_deviation(f, &tool, (&made.redone, &mesh.feet));
         let worst: Vec<(Vec3, f64)> =
             report.worst.iter().map(|w| (w.point.into(), w.delta_mm.abs())).collect();
         let result = |error_mm: f64| FaceResult {
@@ -202,7 +207,7 @@ impl<'a> FaceEvaluator<'a> {
 
     /// Measured edges of face `f`, each with the maximum distance of the patch sides on it [mm], at 7 interior points
     /// of a side.
-    fn edge_deviations(&self, f: usize, tool: &ToolModel) -> Vec<(usize, f64)> {
+    fn edge_deviations(&self, f: usize, tool: &ToolModel, feet: &MeshFeet) -> Vec<(usize, f64)> {
         const STEPS: usize = 8;
         let mut deviations: BTreeMap<usize, f64> =
             self.edges(f).filter(|&e| self.measured_edges[e]).map(|e| (e, 0.0)).collect();
@@ -210,9 +215,11 @@ impl<'a> FaceEvaluator<'a> {
             return Vec::new();
         }
         let rings: Vec<&[u32]> = tool.corners.iter().map(|c| &c.vertices[..]).collect();
-        for (sides, p) in sides_used_once(&rings).iter().zip(&tool.patches) {
-            for curve in sides.iter().map(|&side| SideCurve::new(p, side)) {
-                let Some(e) = self.edge_of_side(f, &curve) else { continue };
+        for ((sides, p), ring) in sides_used_once(&rings).iter().zip(&tool.patches).zip(&rings) {
+            for &side in sides {
+                let curve = SideCurve::new(p, side);
+                let ends = (side_ends(ring, side), feet);
+                let Some(e) = self.edge_of_side(f, &curve, ends) else { continue };
                 let Some(most) = deviations.get_mut(&e) else { continue };
                 let steps = (1..STEPS).map(|k| curve.parameters(k as f64 / STEPS as f64));
                 *most = steps.map(|at| self.edge_deviation(e, p, at)).fold(*most, f64::max);
@@ -234,7 +241,12 @@ impl<'a> FaceEvaluator<'a> {
     /// Maximum distance from their creases of sides that lost their curves [mm], and its position. `redone` lists the
     /// patches whose curves were replaced. Smooth edges are not considered: there the shape error is of second order in
     /// this distance.
-    fn crease_deviation(&self, f: usize, tool: &ToolModel, redone: &[u32]) -> (f64, Option<Vec3>) {
+    fn crease_deviation(
+        &self,
+        f: usize,
+        tool: &ToolModel,
+        (redone, feet): (&[u32], &MeshFeet),
+    ) -> (f64, Option<Vec3>) {
         let none = (0.0, None);
         if redone.is_empty() {
             return none;
@@ -243,13 +255,14 @@ impl<'a> FaceEvaluator<'a> {
         let once = sides_used_once(&rings);
         let sides =
             redone.iter().flat_map(|&k| once[k as usize].iter().map(move |&side| (k, side)));
-        let curves = sides.map(|(k, side)| SideCurve::new(&tool.patches[k as usize], side));
-        let deviation = |side: SideCurve<'_>| {
-            let middle = side.point(0.5);
-            let edge = self.edge_of_side(f, &side).filter(|&e| self.creases[e])?;
+        let deviation = |(k, side): (u32, usize)| {
+            let curve = SideCurve::new(&tool.patches[k as usize], side);
+            let middle = curve.point(0.5);
+            let ends = side_ends(rings[k as usize], side);
+            let edge = self.edge_of_side(f, &curve, (ends, feet)).filter(|&e| self.creases[e])?;
             Some((self.distance_to_edge(edge, &middle), Some(middle)))
         };
-        curves
+        sides
             .filter_map(deviation)
             .fold(none, |most, next| if next.0 > most.0 { next } else { most })
     }
@@ -270,8 +283,19 @@ impl<'a> FaceEvaluator<'a> {
         self.plan.model().faces[f].loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge)
     }
 
-    /// Edge of face `f` that contains both ends of a side; of several, the one closest to its middle.
-    fn edge_of_side(&self, f: usize, side: &SideCurve<'_>) -> Option<usize> {
+    /// Edge of face `f` that contains both ends of a side; of several, the one closest to its middle. `ends` are the
+    /// vertices of the side: an edge on which the mesher placed both is that edge, if there is no other such edge.
+    fn edge_of_side(
+        &self,
+        f: usize,
+        side: &SideCurve<'_>,
+        (ends, feet): ([u32; 2], &MeshFeet),
+    ) -> Option<usize> {
+        let placed = |e: &usize| ends.iter().all(|&v| feet.on_edge(v, *e as u32).is_some());
+        let mut known = self.edges(f).filter(placed);
+        if let (Some(edge), None) = (known.next(), known.next()) {
+            return Some(edge);
+        }
         let [from, middle, to] = [0.0, 0.5, 1.0].map(|t| side.point(t));
         let reached =
             |e: &usize| [from, to].iter().all(|p| self.boxes[*e].distance_squared(p) == 0.0);

@@ -11,6 +11,7 @@
 //! - [`independent_borders`], [`single_face`]: faces divided independently, with border gaps within the tolerance
 //! - [`uniform`]: comparison with uniform structured meshes
 //! - [`faults`]: violations of the goal, and the resulting errors
+//! - [`starts`]: starts of the closest-point searches of an audit
 //! - [`closest`]: the model closest to the goal, where the goal is not reached
 //! - [`budget`]: work limit and time limit
 //!
@@ -33,6 +34,7 @@ mod scope;
 mod search;
 mod single_face;
 mod slide_estimate;
+mod starts;
 mod state;
 mod uniform;
 mod vertex_directions;
@@ -112,7 +114,12 @@ fn searched(scope: &Scope<'_>, goal: &Goal) -> Result<Refined, ToleranceError> {
     let mut refined = refined.map(|found| found.0);
     if let Some(other) = other {
         let evaluator = FaceEvaluator::new(&other, &other.free_edges, true);
-        refined = fewer_patches(refined, other.refine(&evaluator, goal));
+        let limit = refined.as_ref().map_or(usize::MAX, |found| found.tool.patches.len());
+        let borders = other.border_tolerances(goal);
+        refined = match other.refine_below(&evaluator, goal, &borders, limit) {
+            Ok(Some((found, _))) => Ok(found),
+            _ => refined,
+        };
     }
     let most = uniform::UNIFORM_PATCHES_MAX;
     let limit = refined.as_ref().map_or(most, |found| found.tool.patches.len());
@@ -120,6 +127,7 @@ fn searched(scope: &Scope<'_>, goal: &Goal) -> Result<Refined, ToleranceError> {
     if let Ok(found) = &mut conforming {
         found.saved_all = scope.budget.has_saved_all();
     }
+    let conforming = conforming.and_then(|found| scope.with_full_audit(found));
     match goal.borders {
         Borders::Conforming => conforming,
         Borders::Independent => {
@@ -152,10 +160,10 @@ fn refine_with_slides(scope: &Scope<'_>, goal: &Goal) -> Result<(Refined, State)
         return plain;
     }
     let evaluator = FaceEvaluator::new(scope, &scope.free_edges, true);
-    match (plain, scope.refine_within(&evaluator, goal, &borders)) {
-        (Ok(one), Ok(other)) if one.0.tool.patches.len() <= other.0.tool.patches.len() => Ok(one),
-        (plain, Err(_)) => plain,
-        (_, other) => other,
+    let limit = plain.as_ref().map_or(usize::MAX, |found| found.0.tool.patches.len());
+    match scope.refine_below(&evaluator, goal, &borders, limit) {
+        Ok(Some(other)) => Ok(other),
+        _ => plain,
     }
 }
 
@@ -198,12 +206,16 @@ pub fn to_patches(
         fewer_patches(plain, scope.refine(&estimating, &goal(tol_mm)))
     };
     let size = crate::geometry::Aabb::of_points(&model.vertices).diagonal();
-    match borders {
+    let found = match borders {
         Borders::Conforming => smallest_error(conforming, size, patches),
         Borders::Independent => with_independent_faces(&scope, |faces| {
             let either = |tol_mm| fewer_patches(conforming(tol_mm), faces.refined(&goal(tol_mm)));
             smallest_error(either, size, patches)
         })?,
+    }?;
+    match found.borders {
+        Borders::Conforming => scope.with_full_audit(found),
+        Borders::Independent => Ok(found),
     }
 }
 
@@ -249,3 +261,5 @@ fn smallest_error(
 
 #[cfg(test)]
 mod border_tests;
+#[cfg(test)]
+mod work_tests;

@@ -14,11 +14,12 @@ use super::goal::{Borders, Goal, Refined};
 use super::results::CompleteModel;
 use super::scope::{Scope, shift_face_numbers};
 use super::search::Search;
+use super::starts::patch_starts;
 use super::state::State;
-use crate::audit::{Audit, AuditOptions, AuditReport, audit};
+use crate::audit::{Audit, AuditOptions, AuditReport, audit, audit_from};
 use crate::convert::{ConvertOptions, ConvertReport, convert};
 use crate::geometry::Vec3;
-use crate::mesh::SurfaceMesh;
+use crate::mesh::{MeshFeet, SurfaceMesh};
 use crate::tool::ToolModel;
 
 /// Tolerance factor above which a search is made only while the budget is cheap.
@@ -67,6 +68,21 @@ impl Scope<'_> {
         goal: &Goal,
         borders: &[f64],
     ) -> Result<(Refined, State), ToleranceError> {
+        match self.refine_below(evaluator, goal, borders, usize::MAX)? {
+            Some(found) => Ok(found),
+            None => unreachable!("every tolerance factor gives a model or an error"),
+        }
+    }
+
+    /// As [`Self::refine_within`], for a model with fewer than `limit` patches; `None` if there is none. States with more
+    /// are not made into complete models.
+    pub(super) fn refine_below(
+        &self,
+        evaluator: &FaceEvaluator<'_>,
+        goal: &Goal,
+        borders: &[f64],
+        limit: usize,
+    ) -> Result<Option<(Refined, State)>, ToleranceError> {
         let factors: &[f64] = if goal.two_sided { evaluator.tolerance_factors() } else { &[1.0] };
         let mut best: Option<(Refined, State)> = None;
         let mut last = None;
@@ -74,10 +90,10 @@ impl Scope<'_> {
             let is_loose = factor > FACTOR_MAX_UNLESS_CHEAP;
             let allowed =
                 if is_loose { self.budget.is_cheap() } else { self.budget.allows_other_models() };
-            if best.is_some() && !allowed {
+            if (best.is_some() || limit < usize::MAX) && !allowed {
                 break;
             }
-            let limit = best.as_ref().map_or(usize::MAX, |b| b.0.tool.patches.len());
+            let limit = best.as_ref().map_or(limit, |b| b.0.tool.patches.len());
             match self.refine_at_factor(evaluator, goal, (factor, borders), limit) {
                 Ok(Some(found)) => best = Some(found),
                 Ok(None) => {}
@@ -92,9 +108,8 @@ impl Scope<'_> {
             }
         }
         match (best, last) {
-            (Some(best), _) => Ok(best),
             (None, Some(error)) => Err(error),
-            (None, None) => unreachable!("every tolerance factor gives a model or an error"),
+            (best, _) => Ok(best),
         }
     }
 
@@ -218,7 +233,8 @@ impl Scope<'_> {
         mesh: &SurfaceMesh,
         goal: &Goal,
     ) -> Result<(Refined, Faults), ToleranceError> {
-        let (plain, found) = self.audited(convert(self.plan.model(), mesh, self.options)?, goal)?;
+        let (plain, found) =
+            self.audited(convert(self.plan.model(), mesh, self.options)?, &mesh.feet, goal)?;
         let own = |face: usize| face - self.first as usize;
         let faults = |on_cad: &Refined, refined: &Refined| {
             let above = |report: &AuditReport| faces_above_tolerance(report, goal).into_iter();
@@ -238,13 +254,13 @@ impl Scope<'_> {
         if !estimated.is_empty() {
             return Ok((moved, estimated));
         }
-        let moved = self.with_full_audit(moved)?;
+        let moved = self.with_decisive_audit(moved)?;
         let found = faults(&plain, &moved);
         if found.is_empty() {
             return Ok((moved, found));
         }
         // Moved vertices may fold a patch between the points of the estimate.
-        let plain = self.with_full_audit(plain)?;
+        let plain = self.with_decisive_audit(plain)?;
         let unmoved = faults(&plain, &plain);
         if unmoved.is_empty() {
             return Ok((plain, unmoved));
@@ -254,19 +270,21 @@ impl Scope<'_> {
     }
 
     /// A converted model of the scope, with the face numbers of the reference, and the errors of its patches on the
-    /// grid of the audit, against the fast reference of the search.
+    /// grid of the audit, against the fast reference of the search. `feet` are those of its mesh.
     pub(super) fn audited(
         &self,
         (mut tool, report): (ToolModel, ConvertReport),
+        feet: &MeshFeet,
         goal: &Goal,
     ) -> Result<(Refined, Audit), ToleranceError> {
+        let starts = patch_starts(&tool, (self.plan.model(), 0), feet);
         shift_face_numbers(&mut tool, self.first);
         let audit_options = AuditOptions {
             tolerance_mm: goal.tol_mm.is_finite().then_some(goal.tol_mm),
             normal_tolerance_deg: goal.normal_deg.is_finite().then_some(goal.normal_deg),
             ..self.estimate()
         };
-        let found = audit(&tool, &self.local_reference(), &audit_options)?;
+        let found = audit_from(&tool, &self.local_reference(), &audit_options, &starts)?;
         let (audit, borders) = (found.report.clone(), Borders::Conforming);
         let (moved_mm, slid_mm) = (0.0, 0.0);
         let saved_all = self.budget.has_saved_all();
@@ -277,16 +295,28 @@ impl Scope<'_> {
     /// tolerance.
     fn estimate(&self) -> AuditOptions {
         let full = AuditOptions::default();
-        AuditOptions { refine: if self.normals { full.refine } else { 0 }, borders: false, ..full }
+        let refine = if self.normals { full.refine } else { 0 };
+        AuditOptions { refine, areas: false, borders: false, ..full }
     }
 
     /// A model with the complete audit of its patches and borders against the trimmed CAD.
     pub(super) fn with_full_audit(&self, found: Refined) -> Result<Refined, ToleranceError> {
+        self.with_audit(found, AuditOptions::default())
+    }
+
+    /// As [`Self::with_full_audit`], without what no tolerance limits: areas, and the extremes of normal errors where
+    /// normals have no tolerance.
+    pub(super) fn with_decisive_audit(&self, found: Refined) -> Result<Refined, ToleranceError> {
+        let full = AuditOptions::default();
+        self.with_audit(found, AuditOptions { refine_normals: self.normals, areas: false, ..full })
+    }
+
+    fn with_audit(&self, found: Refined, options: AuditOptions) -> Result<Refined, ToleranceError> {
         let options = AuditOptions {
             tolerance_mm: found.audit.tolerance_mm,
             normal_tolerance_deg: found.audit.normal_tolerance_deg,
             borders: self.is_whole(),
-            ..AuditOptions::default()
+            ..options
         };
         let audit = audit(&found.tool, self.reference, &options)?.report;
         Ok(Refined { audit, ..found })

@@ -7,7 +7,7 @@ use crate::convert::{ConvertError, ConvertOptions};
 use crate::geometry::{Vec2, Vec3};
 use crate::mesh::mapped::{is_crease, is_flat};
 use crate::tool::ToolModel;
-use crate::tool::side::{SideCurve, sides_used_once};
+use crate::tool::side::{SideCurve, side_ends, sides_used_once};
 
 use super::balance::error_rows;
 use super::minimax::{largest_error, minimax_shifts};
@@ -64,7 +64,7 @@ impl Neighbours {
     }
 
     /// Estimated shape error of face `f` after the vertex motion [mm], from the audit `found` of its patches. `edge`
-    /// gives the edge of a patch side.
+    /// gives the edge of a patch side with its two vertices.
     ///
     /// # Errors
     /// [`ConvertError`] when a shifted model cannot be built.
@@ -73,7 +73,7 @@ impl Neighbours {
         f: usize,
         (tool, found): (&ToolModel, &Audit),
         options: &ConvertOptions,
-        edge: impl Fn(&SideCurve<'_>) -> Option<usize>,
+        edge: impl Fn(&SideCurve<'_>, [u32; 2]) -> Option<usize>,
     ) -> Result<f64, ConvertError> {
         let error = found.report.worst_mm();
         if self.flats[f].is_some() || error <= 0.0 {
@@ -95,7 +95,7 @@ impl Neighbours {
         &self,
         f: usize,
         tool: &ToolModel,
-        edge: impl Fn(&SideCurve<'_>) -> Option<usize>,
+        edge: impl Fn(&SideCurve<'_>, [u32; 2]) -> Option<usize>,
     ) -> Vec<VertexBorders> {
         let mut borders: Vec<VertexBorders> = Vec::new();
         borders.resize_with(tool.vertices.len(), VertexBorders::default);
@@ -104,10 +104,10 @@ impl Neighbours {
             sides_used_once(&rings).iter().zip(tool.patches.iter().zip(&rings))
         {
             for &side in sides {
-                let Some(e) = edge(&SideCurve::new(patch, side)) else { continue };
+                let ends = side_ends(ring, side);
+                let Some(e) = edge(&SideCurve::new(patch, side), ends) else { continue };
                 let (faces, crease) = &self.edges[e];
                 let Some(&other) = faces.iter().find(|&&g| g != f) else { continue };
-                let ends = [ring[side], ring[(side + 1) % ring.len()]];
                 for (v, w) in [(ends[0], ends[1]), (ends[1], ends[0])] {
                     let at = &mut borders[v as usize];
                     match (self.flats[other], crease) {

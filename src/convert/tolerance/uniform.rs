@@ -5,8 +5,8 @@ use super::goal::{Goal, Refined};
 use super::scope::Scope;
 use crate::convert::unfolded::mesh_and_convert;
 use crate::convert::{ConvertOptions, ConvertReport, convert};
-use crate::mesh::SurfaceMesh;
 use crate::mesh::mapped::{self, MappedOptions, mesh};
+use crate::mesh::{MeshFeet, SurfaceMesh};
 use crate::tool::ToolModel;
 
 /// A model and the report of its conversion.
@@ -118,7 +118,9 @@ impl Scope<'_> {
         options: &ConvertOptions,
         goal: &Goal,
     ) -> (f64, Option<Refined>) {
-        let Ok((plain, found)) = self.audited(model, goal) else { return (f64::INFINITY, None) };
+        let Ok((plain, found)) = self.audited(model, &MeshFeet::default(), goal) else {
+            return (f64::INFINITY, None);
+        };
         if !is_valid(&plain) {
             return (f64::INFINITY, None);
         }
@@ -130,7 +132,7 @@ impl Scope<'_> {
             _ => return (ratio, None),
         };
         let within = |found: &Refined| is_valid(found) && goal_ratio(found, goal) <= 1.0;
-        let checked = refined.ok().filter(within).and_then(|r| self.with_full_audit(r).ok());
+        let checked = refined.ok().filter(within).and_then(|r| self.with_decisive_audit(r).ok());
         (ratio, checked.filter(within))
     }
 }

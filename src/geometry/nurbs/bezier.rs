@@ -2,7 +2,7 @@
 
 use nalgebra::Vector4;
 
-use super::basis::{LARGE, MEDIUM, SMALL, bernstein};
+use super::basis::{LARGE, MEDIUM, SMALL, WIDE, bernstein};
 use super::derivs::{SurfaceDerivs, tensor};
 use crate::geometry::{Aabb, Vec2};
 
@@ -27,7 +27,22 @@ impl BezierPiece {
         match self.degrees[0].max(self.degrees[1]) {
             0..SMALL => self.derivs_sized::<SMALL>(st),
             SMALL..MEDIUM => self.derivs_sized::<MEDIUM>(st),
+            MEDIUM..WIDE => self.derivs_sized::<WIDE>(st),
             _ => self.derivs_sized::<LARGE>(st),
+        }
+    }
+
+    /// Point and derivatives with respect to the parameters of the surface at `uv`, to rounding those of the B-spline.
+    pub fn derivs_at(&self, uv: Vec2) -> SurfaceDerivs {
+        let d = self.derivs(self.local(uv));
+        let [u, v] = [0, 1].map(|k| 1.0 / (self.high[k] - self.low[k]));
+        SurfaceDerivs {
+            s: d.s,
+            su: d.su * u,
+            sv: d.sv * v,
+            suu: d.suu * (u * u),
+            suv: d.suv * (u * v),
+            svv: d.svv * (v * v),
         }
     }
 

@@ -15,7 +15,7 @@ pub(crate) struct Bounds {
 impl Bounds {
     pub const UNIT: Self = Self { low: Vec2::new(0.0, 0.0), high: Vec2::new(1.0, 1.0) };
 
-    fn clamp(&self, x: Vec2) -> Vec2 {
+    pub(super) fn clamp(&self, x: Vec2) -> Vec2 {
         x.sup(&self.low).inf(&self.high)
     }
 }

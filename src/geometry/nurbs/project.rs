@@ -68,22 +68,27 @@ impl Curve2 {
 }
 
 impl Surface {
+    /// The search structure of the surface.
+    pub(super) fn projector(&self) -> &SurfaceProjector {
+        self.prepared.get(|| SurfaceProjector::new(self))
+    }
+
     /// Closest point of the untrimmed surface, global: parameters and squared distance [mm^2].
     #[must_use]
     pub fn closest(&self, p: &Vec3) -> (Vec2, f64) {
-        self.prepared.get(|| SurfaceProjector::new(self)).closest(p)
+        self.projector().closest(p)
     }
 
     /// As [`Surface::closest`], faster when `start` is near the foot point. The local result is verified as the global
     /// minimum, or replaced.
     #[must_use]
     pub fn closest_from(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
-        self.prepared.get(|| SurfaceProjector::new(self)).closest_from(p, start)
+        self.projector().closest_from(p, start)
     }
 
     /// Closest point (from `start` where it is given) within `cells` cells: parameters, squared distance and cells used.
     pub(super) fn closest_in(&self, p: &Vec3, start: Option<Vec2>, cells: u32) -> (Vec2, f64, u32) {
-        self.prepared.get(|| SurfaceProjector::new(self)).closest_in(p, start, cells)
+        self.projector().closest_in(p, start, cells)
     }
 
     /// Closest point by bounded Newton from `start`, for points with the foot point of a neighbour known. Falls back to
@@ -102,7 +107,7 @@ impl Surface {
         enough: f64,
         closest: impl FnOnce() -> (Vec2, f64),
     ) -> (Vec2, f64) {
-        let near = self.newton(p, start);
+        let near = self.descent(p, start);
         if near.1 <= enough {
             return near;
         }
@@ -131,7 +136,9 @@ impl Surface {
         (last - first).norm_squared().max((middle - first).norm_squared())
     }
 
-    fn newton(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
+    /// Local minimum of the distance reached from `start`, to rounding: parameters and squared distance [mm^2].
+    #[must_use]
+    pub fn descent(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
         descend(|uv| self.derivs(uv), p, start, self.bounds())
     }
 
@@ -140,12 +147,6 @@ impl Surface {
     #[must_use]
     pub fn closest_locally(&self, p: &Vec3, start: Vec2) -> (Vec2, SurfaceDerivs) {
         descend_coarsely(|uv| self.derivs(uv), p, start, self.bounds())
-    }
-
-    /// The domain.
-    fn bounds(&self) -> Bounds {
-        let [u, v] = self.domain();
-        Bounds { low: Vec2::new(u[0], v[0]), high: Vec2::new(u[1], v[1]) }
     }
 
     /// Closest point in the rectangle from `low` to `high`, which should contain a single foot point: the best of 3 x 3

@@ -55,6 +55,19 @@ impl SurfaceProjector {
         (best.uv, best.distance, best.cells)
     }
 
+    /// The patch whose rectangle contains `uv`; at a knot the one after it.
+    pub(super) fn piece_at(&self, uv: Vec2) -> Option<&BezierPiece> {
+        let Pieces { pieces, across, .. } = &self.cells;
+        let start_v = pieces[..(*across).min(pieces.len())].partition_point(|p| p.low.y <= uv.y);
+        let rows = pieces.len() / (*across).max(1);
+        let (mut first, mut end) = (0, rows);
+        while first < end {
+            let middle = (first + end) / 2;
+            if pieces[middle * across].low.x <= uv.x { first = middle + 1 } else { end = middle }
+        }
+        pieces.get(first.saturating_sub(1) * across + start_v.saturating_sub(1))
+    }
+
     /// True when the search for `p` ends with a verified minimum. False when the cell limit is reached, which requires
     /// a degenerate net with a whole curve of foot points.
     #[must_use]
@@ -96,6 +109,8 @@ impl CurveProjector {
 #[derive(Debug, Clone)]
 struct Pieces {
     pieces: Vec<BezierPiece>,
+    /// Number of patches along v; those of equal u are consecutive.
+    across: usize,
     tree: BoxTree,
     form: DistanceForm,
     /// Diagonal of the bounding box [mm].
@@ -124,7 +139,10 @@ impl Pieces {
     fn new(pieces: Vec<BezierPiece>, degrees: [usize; 2]) -> Self {
         let boxes: Vec<Aabb> = pieces.iter().map(BezierPiece::bounds).collect();
         let size = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b)).diagonal();
-        Self { pieces, tree: BoxTree::build(&boxes), form: DistanceForm::new(degrees), size }
+        let first = pieces.first().map(|piece| piece.low.x);
+        let across = pieces.iter().take_while(|piece| Some(piece.low.x) == first).count();
+        let (tree, form) = (BoxTree::build(&boxes), DistanceForm::new(degrees));
+        Self { pieces, across, tree, form, size }
     }
 
     fn closest(&self, p: &Vec3, start: Option<Vec2>) -> Best {

@@ -28,6 +28,12 @@ impl SearchBudget {
         self.limit
     }
 
+    /// Cells examined so far.
+    #[must_use]
+    pub fn used(&self) -> u64 {
+        self.used.load(Relaxed)
+    }
+
     /// True when the searches so far needed the whole budget or more.
     #[must_use]
     pub fn is_spent(&self) -> bool {
@@ -35,7 +41,7 @@ impl SearchBudget {
     }
 
     fn left(&self) -> u64 {
-        self.limit.saturating_sub(self.used.load(Relaxed))
+        self.limit.saturating_sub(self.used())
     }
 
     /// As [`Surface::closest`].

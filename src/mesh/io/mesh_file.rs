@@ -47,7 +47,7 @@ pub(super) fn of_elements(
     elements: Vec<(Element, CornerNormals)>,
 ) -> MeshFile {
     let (elements, normals): (Vec<_>, Vec<_>) = elements.into_iter().unzip();
-    let mut mesh = SurfaceMesh { vertices, elements };
+    let mut mesh = SurfaceMesh { vertices, elements, ..SurfaceMesh::default() };
     mesh.compact();
     let none = normals.iter().flatten().all(|n| *n == Vec3::zeros());
     MeshFile { mesh, normals: if none { Vec::new() } else { normals } }

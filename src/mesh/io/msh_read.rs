@@ -349,7 +349,7 @@ impl Reader<'_> {
                 elements.extend(parts.into_iter().map(|(element, _)| element));
             }
         }
-        let mut mesh = SurfaceMesh { vertices: self.vertices, elements };
+        let mut mesh = SurfaceMesh { vertices: self.vertices, elements, ..SurfaceMesh::default() };
         mesh.compact();
         Ok(mesh)
     }

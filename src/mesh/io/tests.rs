@@ -21,6 +21,7 @@ fn sample() -> SurfaceMesh {
             Element::triangle([1, 4, 2], 3),
             Element::triangle([4, 5, 2], 3),
         ],
+        ..SurfaceMesh::default()
     }
 }
 

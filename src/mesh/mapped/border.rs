@@ -12,11 +12,14 @@ use super::sides::{Shape, is_joint};
 use crate::cad::Model;
 use crate::cad::model::{EdgeUse, Face};
 use crate::geometry::{Vec2, Vec3};
+use crate::mesh::MeshFeet;
 
 /// A divided edge.
 struct Divided {
     /// Interior points.
     inner: Vec<Vec3>,
+    /// Parameters of the ends and the interior points.
+    parameters: Vec<f64>,
     /// Tangents at the ends and at the interior points of a curved edge.
     tangents: Vec<Vec3>,
 }
@@ -44,8 +47,8 @@ impl Divided {
         let curve = MeasuredCurve::with_lengths(curve, along);
         let count = cuts.counts[edge];
         let tangents = if cuts.curved[edge] { curve.tangents(count) } else { Vec::new() };
-        let points = curve.divide(count);
-        Self { inner: points[1..points.len() - 1].to_vec(), tangents }
+        let (parameters, points): (Vec<f64>, Vec<Vec3>) = curve.divide(count).into_iter().unzip();
+        Self { inner: points[1..points.len() - 1].to_vec(), parameters, tangents }
     }
 }
 
@@ -56,6 +59,8 @@ pub struct Border {
     pub points: Vec<Vec3>,
     /// Vertex ids along each edge, including both ends.
     along: FxHashMap<usize, Vec<u32>>,
+    /// Parameters of these vertices on the curve of the edge.
+    parameters: FxHashMap<usize, Vec<f64>>,
     /// Tangents at these vertices for curved edges; empty for others.
     tangents: FxHashMap<usize, Vec<Vec3>>,
 }
@@ -80,16 +85,28 @@ impl Border {
         let vertices: BTreeSet<usize> = divided.iter().flat_map(ends).collect();
         let mut points: Vec<Vec3> = vertices.iter().map(|&v| model.vertices[v]).collect();
         let ids: FxHashMap<usize, u32> = vertices.into_iter().zip(0..).collect();
-        let (mut along, mut tangents) = (FxHashMap::default(), FxHashMap::default());
+        let (mut along, mut parameters) = (FxHashMap::default(), FxHashMap::default());
+        let mut tangents = FxHashMap::default();
         for (e, of_edge) in divided {
             let [start, end] = model.edges[e].vertices.map(|v| ids[&v]);
             let first = points.len() as u32;
             points.extend(of_edge.inner);
             let inner = first..points.len() as u32;
             along.insert(e, std::iter::once(start).chain(inner).chain([end]).collect());
+            parameters.insert(e, of_edge.parameters);
             tangents.insert(e, of_edge.tangents);
         }
-        Self { points, along, tangents }
+        Self { points, along, parameters, tangents }
+    }
+
+    /// Parameters of the vertices on their edges.
+    pub fn feet(&self) -> MeshFeet {
+        let mut feet = MeshFeet::default();
+        for (&e, ids) in &self.along {
+            let of_edge = ids.iter().zip(&self.parameters[&e]);
+            of_edge.for_each(|(&v, &t)| feet.add_on_edge(v, e as u32, t));
+        }
+        feet
     }
 
     /// Tangents of the element sides on the boundary of a face.

@@ -1,5 +1,9 @@
 //! Meshes with prescribed divisions of edges and faces, for refinement to a tolerance.
 
+use std::sync::Mutex;
+
+use rustc_hash::FxHashMap;
+
 use super::border::Border;
 use super::divisions::{PreparedRules, Rule};
 use super::mesh::even_quads;
@@ -17,6 +21,8 @@ pub struct Plan<'m> {
     chains: Vec<usize>,
     /// Quadrilaterals only, and flat faces can be cut into them.
     even: bool,
+    /// Results of [`Plan::minima_at`].
+    uniform: Mutex<FxHashMap<usize, Vec<usize>>>,
 }
 
 /// Divisions of every edge that satisfy the rules of the mapped faces.
@@ -44,7 +50,7 @@ impl<'m> Plan<'m> {
         let mesher = Mesher::new(model, if even { &structured } else { options }, quads && !even);
         let chains = chains(model.edges.len(), &mesher.rules().0);
         let (rules, owners) = mesher.prepared_rules();
-        Ok(Self { mesher, rules, owners, chains, even })
+        Ok(Self { mesher, rules, owners, chains, even, uniform: Mutex::default() })
     }
 
     /// The model.
@@ -62,8 +68,15 @@ impl<'m> Plan<'m> {
     /// Minimum divisions of each edge at `arc_divisions` per quarter turn: those of the uniform mesh.
     #[must_use]
     pub fn minima_at(&self, arc_divisions: usize) -> Vec<usize> {
-        let options = MappedOptions { arc_divisions, ..self.mesher.options };
-        Mesher::new(self.mesher.model, &options, self.mesher.halved).minima
+        let known = self.uniform.lock().ok().and_then(|all| all.get(&arc_divisions).cloned());
+        known.unwrap_or_else(|| {
+            let options = MappedOptions { arc_divisions, ..self.mesher.options };
+            let minima = Mesher::new(self.mesher.model, &options, self.mesher.halved).minima;
+            if let Ok(mut all) = self.uniform.lock() {
+                all.insert(arc_divisions, minima.clone());
+            }
+            minima
+        })
     }
 
     /// For each edge the first edge of its chain; the edges of a chain have equal divisions.

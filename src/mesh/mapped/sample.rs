@@ -152,16 +152,12 @@ impl<'c> MeasuredCurve<'c> {
     }
 
     /// The `count + 1` points that divide the curve into equal lengths or, for strongly uneven curvature, into parts of
-    /// about equal error.
-    pub fn divide(&self, count: usize) -> Vec<Vec3> {
-        let domain = self.curve.domain();
-        let mut out = Vec::with_capacity(count + 1);
-        out.push(self.curve.point(domain[0]));
-        for k in 1..count {
-            out.push(self.curve.point(self.parameter_at_fraction(k as f64 / count as f64)));
-        }
-        out.push(self.curve.point(domain[1]));
-        out
+    /// about equal error, and their parameters.
+    pub fn divide(&self, count: usize) -> Vec<(f64, Vec3)> {
+        let [first, last] = self.curve.domain();
+        let inner = (1..count).map(|k| self.parameter_at_fraction(k as f64 / count as f64));
+        let all = std::iter::once(first).chain(inner).chain([last]);
+        all.map(|t| (t, self.curve.point(t))).collect()
     }
 }
 
@@ -331,7 +327,7 @@ mod tests {
 
     fn spans(curve: &Curve3, count: usize) -> [Vec<f64>; 2] {
         let gaps = |m: MeasuredCurve<'_>| {
-            m.divide(count).windows(2).map(|w| (w[1] - w[0]).norm()).collect::<Vec<f64>>()
+            m.divide(count).windows(2).map(|w| (w[1].1 - w[0].1).norm()).collect::<Vec<f64>>()
         };
         [gaps(MeasuredCurve::new(curve)), gaps(MeasuredCurve::new(curve).by_turn())]
     }

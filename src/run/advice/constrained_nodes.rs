@@ -16,7 +16,8 @@ const TRAVEL_INTERVALS: usize = 16;
 /// Findings on constrained nodes.
 pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {
     let nodes = setup.body.mesh().nodes.len();
-    let fixed = |node: usize| (0..3).all(|axis| setup.constraints.is_held(node, axis));
+    let held = |node: usize| (0..3).all(|axis| setup.constraints.is_held(node, axis));
+    let fixed = |node: usize| held(node) || setup.constraints.is_hanging(node);
     let moves = |tool: &usize| travel_range(setup, *tool).is_none_or(|[low, high]| high > low);
     if nodes > 0 && (0..nodes).all(fixed) && (0..setup.tools.len()).any(|tool| moves(&tool)) {
         out.push(Finding::error(

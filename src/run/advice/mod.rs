@@ -20,6 +20,7 @@ mod missed_sheet;
 mod patches;
 mod quality;
 pub(in crate::run) mod radii;
+mod refinement;
 mod sections;
 mod shape_error;
 mod sharp_edge;
@@ -106,6 +107,7 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, ratio: f64, cost: &Cost) -> 
     out.extend(symmetry::unused(plan, setup, cost));
     out.extend(quality::thick_blank(plan));
     out.extend(accuracy::note(plan));
+    out.extend(refinement::raised(plan));
     let sharpest = radii::sharpest(setup, &kept);
     elements::findings(plan, setup, (sizes.mean, sharpest), cost, &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {

@@ -1,9 +1,14 @@
 //! The sheet in the VTU files of a run.
 
-use crate::geometry::Vec3;
+use crate::geometry::{Aabb, Vec3};
 use crate::report::vtu_read::Grid;
 use crate::run::strains::Principal;
+use crate::solver::sheet::hanging::Hanging;
 use crate::solver::sheet::hex_mesh::HexMesh;
+
+/// Distance over the size of the sheet within which a column lies in the middle of two others: the rounding of positions
+/// less displacements.
+const IN_MIDDLE_REL: f64 = 1e-9;
 
 /// VTK's type number of hexahedra.
 const HEXAHEDRON: u8 = 12;
@@ -20,7 +25,9 @@ pub(super) fn undeformed(grid: &Grid) -> Result<HexMesh, String> {
         grid.points.iter().zip(moved).map(|(x, u)| x - Vec3::new(u[0], u[1], u[2])).collect();
     let elements = elements(grid)?;
     let nodes_per_column = nodes_per_column(&elements, nodes.len());
-    Ok(HexMesh { nodes, elements, nodes_per_column })
+    let mut mesh = HexMesh { nodes, elements, nodes_per_column, hanging: Hanging::default() };
+    mesh.hanging = mesh.hanging_found(IN_MIDDLE_REL * Aabb::of_points(&mesh.nodes).diagonal());
+    Ok(mesh)
 }
 
 /// The elements of a grid of the sheet.

@@ -58,8 +58,8 @@ pub fn cut(mesh: &HexMesh, normal: usize, at: f64) -> Option<SectionLine> {
         .collect();
     let mut ends: BTreeMap<[usize; 2], Vec<[usize; 2]>> = BTreeMap::new();
     let mut segments = std::collections::BTreeSet::new();
-    for quad in quads(mesh) {
-        if let Some([a, b]) = segment(&quad, &distance)
+    for polygon in mesh.upper_polygons() {
+        if let Some([a, b]) = segment(&polygon, &distance)
             && segments.insert([a.min(b), a.max(b)])
         {
             ends.entry(a).or_default().push(b);
@@ -76,19 +76,11 @@ fn length(line: &SectionLine) -> f64 {
     line.arc.last().copied().unwrap_or(0.0)
 }
 
-/// The upper faces of the sheet by columns.
-fn quads(mesh: &HexMesh) -> Vec<[usize; 4]> {
-    let levels = mesh.nodes_per_column.max(1) as u32;
-    let upper = mesh.elements.iter().map(|e| [e[4], e[5], e[6], e[7]]);
-    let upper = upper.filter(|quad| quad.iter().all(|n| n % levels == levels - 1));
-    upper.map(|quad| quad.map(|n| (n / levels) as usize)).collect()
-}
-
 /// Where the plane crosses a face: two points, each on a column (twice the same) or between two.
-fn segment(quad: &[usize; 4], distance: &[f64]) -> Option<[[usize; 2]; 2]> {
+fn segment(polygon: &[usize], distance: &[f64]) -> Option<[[usize; 2]; 2]> {
     let mut found: Vec<[usize; 2]> = Vec::new();
-    for k in 0..4 {
-        let (a, b) = (quad[k], quad[(k + 1) % 4]);
+    for k in 0..polygon.len() {
+        let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
         if a != b && distance[a] == 0.0 {
             found.push([a, a]);
         }
@@ -169,6 +161,23 @@ mod tests {
             assert!((line.arc[count - 1] - all).abs() < 1e-12);
         }
         assert!(cut(&mesh, 0, 11.0).is_none() && cut(&mesh, 1, -0.1).is_none());
+    }
+
+    #[test]
+    fn a_line_passes_over_hanging_nodes() {
+        use crate::solver::sheet::refine::{Refinement, plan_elements};
+        let base = rectangle(10.0, 4.0, 1.0, 5, 2, 1);
+        let levels = vec![0, 0, 1, 0, 2, 1, 0, 0, 0, 0];
+        let mesh = Refinement::balanced(plan_elements(&base), levels).mesh(&base, None);
+        // Along sides of coarse and fine elements, and between their nodes.
+        for at in [0.0, 0.3, 1.0, 1.5, 2.0, 3.7, 4.0] {
+            let line = cut(&mesh, 1, at).unwrap();
+            assert!((line.arc.last().unwrap() - 10.0).abs() < 1e-9, "{at}: {:?}", line.arc);
+        }
+        for at in [3.0, 4.0, 4.2, 6.0] {
+            let line = cut(&mesh, 0, at).unwrap();
+            assert!((line.arc.last().unwrap() - 4.0).abs() < 1e-9, "{at}: {:?}", line.arc);
+        }
     }
 
     #[test]

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::condense::condense;
 use super::evaluation::{ElementFailure, Evaluation};
 use crate::geometry::Mat3;
 use crate::solver::element::{
@@ -16,6 +17,7 @@ use crate::solver::element::{
 use crate::solver::linear::pattern::{Gather, NodeUse};
 use crate::solver::material::Material;
 use crate::solver::material::RotatedLaw;
+use crate::solver::sheet::hanging_nodes::HangingCorners;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Elements of a band for each thread: the matrices of two bands fit into the cache.
@@ -99,6 +101,8 @@ pub(super) struct Elements<'a> {
     pub(super) history: &'a [f64],
     /// Length of the history of an element, and of its points' part.
     pub(super) history_lengths: [usize; 2],
+    /// Hanging corners of each element, or empty.
+    pub(super) hanging: &'a [Option<HangingCorners>],
     pub(super) displacement: &'a [f64],
     pub(super) want: Want,
 }
@@ -148,7 +152,11 @@ impl Elements<'_> {
         let geometry = (&self.geometry[element], self.rule);
         let history = new_state.split_at_mut(point_len);
         let failed = |PointFailure { point, reason }| ElementFailure { element, point, reason };
-        self.kind.evaluate(&input, geometry, history, block).map_err(failed)
+        self.kind.evaluate(&input, geometry, history, block).map_err(failed)?;
+        if let Some(Some(corners)) = self.hanging.get(element) {
+            condense(corners, self.want, block);
+        }
+        Ok(())
     }
 }
 
@@ -250,9 +258,10 @@ mod tests {
     }
 
     fn body_of(kind: ElementKind, place: impl Fn(usize) -> usize, length: usize) -> Body {
-        let HexMesh { nodes, elements, nodes_per_column } = rectangle(9.0, 7.0, 0.8, 9, 7, 2);
+        let HexMesh { nodes, elements, nodes_per_column, hanging } =
+            rectangle(9.0, 7.0, 0.8, 9, 7, 2);
         let elements = (0..elements.len()).map(|e| elements[place(e)]).collect();
-        let mesh = HexMesh { nodes, elements, nodes_per_column };
+        let mesh = HexMesh { nodes, elements, nodes_per_column, hanging };
         let steel = card::find("mild-steel-neto2012").unwrap().build(0.0).unwrap();
         let mut body = Body::new(mesh, kind, Arc::clone(&steel)).unwrap();
         let count = body.mesh.elements.len();

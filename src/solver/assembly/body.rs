@@ -11,6 +11,7 @@ use crate::solver::element::{
 };
 use crate::solver::linear::pattern::{Gather, Pattern};
 use crate::solver::material::Material;
+use crate::solver::sheet::hanging_nodes::HangingCorners;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Invalid model of a body, or saved state that does not fit it.
@@ -80,6 +81,8 @@ pub struct EvaluationData {
     /// Logarithmic strains before the last commit, six for each point; empty if the material needs no prediction.
     pub(in crate::solver) previous_strains: Vec<f64>,
     pub(super) bands: Bands,
+    /// Hanging corners of each element; empty for a mesh without hanging nodes.
+    pub(super) hanging: Vec<Option<HangingCorners>>,
     /// Element matrices whose rows are not yet assembled.
     pub(super) blocks: Vec<ElementMatrices>,
 }
@@ -110,7 +113,11 @@ impl EvaluationData {
             reference_points(&corners(nodes)).expect("elements are checked when the body is made")
         };
         let committed = initial_history(mesh.elements.len(), kind, material);
-        let gather = Gather::new(mesh.nodes.len(), &mesh.elements);
+        let count = if mesh.hanging.is_empty() { 0 } else { mesh.elements.len() };
+        let hanging: Vec<_> = (0..count).map(|e| mesh.hanging_corners(e)).collect();
+        let effective: Vec<[u32; 8]> = (0..count).map(|e| mesh.effective_nodes(e)).collect();
+        let elements = if count > 0 { &effective } else { &mesh.elements };
+        let gather = Gather::new(mesh.nodes.len(), elements);
         let bands = Bands::new(&gather, mesh.elements.len());
         let strain_len =
             if material.history_layout().is_some() { 6 * kind.point_count() } else { 0 };
@@ -122,6 +129,7 @@ impl EvaluationData {
             gather,
             committed,
             bands,
+            hanging,
         }
     }
 }
@@ -183,7 +191,8 @@ impl Body {
         self.kind
     }
 
-    /// Pattern of the tangent: three rows for each node, structurally symmetric, columns sorted.
+    /// Pattern of the tangent: three rows for each node, structurally symmetric, columns sorted. Rows of hanging nodes
+    /// have a diagonal block only, whose values are zero.
     #[must_use]
     pub fn pattern(&self) -> &Pattern {
         &self.evaluation_data().gather.pattern
@@ -204,7 +213,7 @@ impl Body {
     }
 
     /// Forces, energies and (if requested) tangent at `displacement` [mm] (three for each node), starting from the
-    /// last committed history. The trial history is kept for [`Body::commit`].
+    /// last committed history. Hanging nodes must have the mean displacement of their masters, which get their forces. The trial history is kept for [`Body::commit`].
     ///
     /// # Errors
     /// [`ElementFailure`] of the failed element with the lowest number; the increment must be cut. `out` is then

@@ -20,7 +20,7 @@ impl Body {
         let stride = self.stride();
         self.evaluation_data();
         let evaluation_data = self.evaluation_data.get_mut().expect("made on the line above");
-        let EvaluationData { gather, geometry, committed, trial, bands, blocks, .. } =
+        let EvaluationData { gather, geometry, committed, trial, bands, hanging, blocks, .. } =
             evaluation_data;
         let (material, history) = other.unwrap_or((self.material.as_ref(), &committed[..]));
         let all = Elements {
@@ -32,6 +32,7 @@ impl Body {
             axes: self.axes.as_deref(),
             history,
             history_lengths: [stride, self.kind.point_count() * self.material.state_len()],
+            hanging,
             displacement,
             want,
         };

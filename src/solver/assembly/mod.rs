@@ -6,6 +6,7 @@
 mod axes;
 mod bands;
 pub(super) mod body;
+mod condense;
 pub(super) mod evaluate;
 pub(super) mod evaluation;
 mod foresight;

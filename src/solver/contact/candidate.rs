@@ -192,12 +192,14 @@ impl Candidate {
 }
 
 impl ContactSet {
-    /// Candidates of every tool: the nodes of the faces it may touch.
+    /// Candidates of every tool: the nodes of the faces it may touch. A hanging node has no contact condition: its masters
+    /// carry the force between them.
     pub(in crate::solver) fn new(mesh: &HexMesh, tools: &[Tool]) -> Self {
         let mut pairs: Vec<(usize, usize)> = Vec::new();
         for (tool, t) in tools.iter().enumerate() {
             pairs.extend(t.setup.side.nodes(mesh).into_iter().map(|n| (n as usize, tool)));
         }
+        pairs.retain(|&(node, _)| mesh.masters(node).is_none());
         pairs.sort_unstable();
         pairs.dedup();
         let candidates: Vec<_> =

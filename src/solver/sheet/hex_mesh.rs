@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 
+use super::hanging::Hanging;
 use crate::geometry::{Vec2, Vec3};
 use crate::solver::linear::Groups;
 
@@ -19,6 +20,8 @@ pub struct HexMesh {
     pub elements: Vec<[u32; 8]>,
     /// Nodes in each through-thickness column (levels); 1 for a mesh without columns.
     pub nodes_per_column: usize,
+    /// Columns in the middle of the side of a coarser element.
+    pub hanging: Hanging,
 }
 
 /// Rectangle `[0, size_x] x [0, size_y] x [0, thickness]` [mm] with `nx` x `ny` elements and `nz` layers.
@@ -60,7 +63,7 @@ pub fn rectangle(
             }
         }
     }
-    HexMesh { nodes, elements, nodes_per_column: levels }
+    HexMesh { nodes, elements, nodes_per_column: levels, hanging: Hanging::default() }
 }
 
 /// Sheet of `layers` hexahedra over quadrilaterals (counter-clockwise seen from the top), which are its bottom face.
@@ -90,7 +93,7 @@ pub fn thickened(points: &[Vec3], quads: &[[u32; 4]], thickness: f64, layers: us
         (0..layers).map(stack).collect()
     };
     let elements = quads.iter().flat_map(hexahedra).collect();
-    HexMesh { nodes, elements, nodes_per_column: levels }
+    HexMesh { nodes, elements, nodes_per_column: levels, hanging: Hanging::default() }
 }
 
 /// Quadrilaterals of a quarter disc `x, y >= 0` of given radius [mm] about the origin: a core of `core` x `core`

@@ -3,7 +3,10 @@
 //! Used by `assembly`, `system`, `scene` and all above them.
 
 pub mod columns;
+pub mod hanging;
+pub mod hanging_nodes;
 pub mod hex_mesh;
+pub mod refine;
 pub(super) mod rigid_motions;
 pub(super) mod sizes;
 pub mod supports;

@@ -166,7 +166,7 @@ pub(in crate::solver) fn unsupported(
     }
     let mut supported = vec![false; nodes.len()];
     supports.for_each(|(node, _)| supported[node] = true);
-    modes.constrain_free_modes(|node| !supported[node])
+    modes.constrain_free_modes(|node| !supported[node] && !constraints.is_hanging(node))
 }
 
 /// Rigid motion `x -> rotation x + shift` from points `from` to points `to` (least squares). Arbitrary if `constraints`

@@ -1,8 +1,11 @@
-//! Prescribed zero displacements: symmetry planes and fixed nodes.
+//! Prescribed displacements: zero on symmetry planes and at fixed nodes, means of other nodes at hanging nodes.
 
 use crate::geometry::{Mat3, Vec3};
 
-/// Held displacement components, one bit each.
+/// Bit of a node that hangs between its masters.
+const HANGING: u8 = 1 << 3;
+
+/// Held displacement components, one bit each, and hanging nodes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Constraints {
     held: Vec<u8>,
@@ -41,20 +44,34 @@ impl Constraints {
         count
     }
 
-    /// Whether component `axis` of `node` is held.
+    /// Makes `node` a hanging node: its equations are removed, and it has no support of its own.
+    pub fn hang(&mut self, node: usize) {
+        if let Some(bits) = self.held.get_mut(node) {
+            *bits = HANGING;
+        }
+    }
+
+    /// Whether `node` hangs between its masters.
+    #[must_use]
+    pub fn is_hanging(&self, node: usize) -> bool {
+        self.held[node] & HANGING != 0
+    }
+
+    /// Whether component `axis` of `node` is held by a support.
     #[must_use]
     pub fn is_held(&self, node: usize, axis: usize) -> bool {
         self.held[node] & (1 << axis) != 0
     }
 
-    /// Projector onto the free components of `node`.
+    /// Projector onto the free components of `node`; zero for a hanging node.
     #[must_use]
     pub fn free_projector(&self, node: usize) -> Mat3 {
-        let free = |axis| if self.is_held(node, axis) { 0.0 } else { 1.0 };
+        let hangs = self.is_hanging(node);
+        let free = |axis| if hangs || self.is_held(node, axis) { 0.0 } else { 1.0 };
         Mat3::from_diagonal(&Vec3::new(free(0), free(1), free(2)))
     }
 
-    /// Whether no component of `node` is held.
+    /// Whether no component of `node` is held and it does not hang.
     #[must_use]
     pub fn is_free(&self, node: usize) -> bool {
         self.held[node] == 0

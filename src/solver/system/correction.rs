@@ -164,6 +164,7 @@ impl System {
         for (column, travel) in z.iter().zip(travels.iter()) {
             u.iter_mut().zip(column).for_each(|(u, z)| *u += z * travel);
         }
+        self.body.mesh().set_means(&mut u);
         let foretold = self.foretold(&changes, &travels);
         let travels = moved.iter().copied().zip(travels.iter().copied()).collect();
         Ok(Correction { u, travels, foretold })

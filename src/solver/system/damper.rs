@@ -5,14 +5,15 @@ use crate::solver::assembly::Evaluation;
 use crate::solver::element::Want;
 use crate::solver::linear::pattern::Pattern;
 
-/// Volume of every node over the mean.
+/// Volume of every node over the mean; hanging nodes have none, since their masters carry it.
 pub(in crate::solver) fn shares(body: &Body) -> Vec<f64> {
     let mesh = body.mesh();
     let mut volumes = vec![0.0; mesh.nodes.len()];
     for (element, volume) in mesh.elements.iter().zip(body.volumes()) {
         element.iter().for_each(|&node| volumes[node as usize] += volume / 8.0);
     }
-    let mean = volumes.iter().sum::<f64>() / volumes.len().max(1) as f64;
+    mesh.share_with_masters(&mut volumes);
+    let mean = volumes.iter().sum::<f64>() / mesh.free_node_count().max(1) as f64;
     volumes.into_iter().map(|volume| volume / mean).collect()
 }
 

@@ -101,6 +101,7 @@ impl System {
             let turned = turn * Vec3::from_column_slice(force);
             force.copy_from_slice(turned.as_slice());
         }
+        self.body.mesh().set_means(&mut self.u);
     }
 
     /// Directions in which a tool supports a node: the normal, and tangents with friction that has a normal force.

@@ -59,9 +59,11 @@ impl System {
         if touching.peek().is_none() || touching.any(|c| c.stuck) {
             return false;
         }
-        let mut bends = mode.to_vec();
+        let mut mode = mode.to_vec();
+        self.body.mesh().set_means(&mut mode);
+        let mut bends = mode.clone();
         take_free_motions(&self.constraints, &self.positions(), std::iter::empty(), &mut bends);
-        dot(&bends, &bends) < BENDING_SHARE_MIN * dot(mode, mode)
+        dot(&bends, &bends) < BENDING_SHARE_MIN * dot(&mode, &mode)
     }
 
     /// Softest motion of unit length in the norm of the masses, with its stiffness [N/mm].

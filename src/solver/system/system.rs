@@ -92,10 +92,11 @@ impl Residual {
 impl System {
     pub(in crate::solver) fn new(
         body: Body,
-        constraints: Constraints,
+        mut constraints: Constraints,
         tools: Vec<Tool>,
     ) -> Result<Self, LinearError> {
         let mesh = body.mesh();
+        mesh.hanging_nodes().for_each(|(node, _)| constraints.hang(node));
         let n = 3 * mesh.nodes.len();
         let contact = ContactSet::new(mesh, &tools);
         let mut solver = CheckedSolver::new(body.pattern(), body.mesh().groups())?;
@@ -153,6 +154,7 @@ impl System {
     /// Evaluates the elements, and the dampers if there are any, at the current displacements.
     pub(in crate::solver) fn evaluate(&mut self, want: Want) -> Result<(), ElementFailure> {
         let start = Instant::now();
+        self.body.mesh().set_means(&mut self.u);
         let done = self.body.evaluate(&self.u, want, &mut self.eval);
         self.finish(want, start, done)
     }
@@ -163,6 +165,7 @@ impl System {
         foresight: Foresight,
     ) -> Result<(), ElementFailure> {
         let start = Instant::now();
+        self.body.mesh().set_means(&mut self.u);
         let done = self.body.evaluate_foreseen(&self.u, foresight, &mut self.eval);
         self.finish(Want::ResidualAndTangent, start, done)
     }
@@ -170,6 +173,7 @@ impl System {
     /// As [`Self::evaluate`] with the plastic tangent at all points on the yield surface.
     pub(in crate::solver) fn evaluate_at_yield(&mut self) -> Result<(), ElementFailure> {
         let start = Instant::now();
+        self.body.mesh().set_means(&mut self.u);
         let done = self.body.evaluate_at_yield(&self.u, &mut self.eval);
         self.finish(Want::ResidualAndTangent, start, done)
     }
@@ -200,8 +204,8 @@ impl System {
     /// that of contact springs over that of the mesh, if there are any.
     pub(in crate::solver) fn set_scales(&mut self, stiffness: Option<f64>) {
         let (mut most, mut least) = (0.0, 0.0);
-        let count = self.node_count().max(1) as f64;
-        for node in 0..self.node_count() {
+        let count = self.body.mesh().free_node_count().max(1) as f64;
+        for node in (0..self.node_count()).filter(|&node| !self.constraints.is_hanging(node)) {
             let stiffness = self.stiffness_of(node).symmetric_eigenvalues();
             most += stiffness.max() / count;
             least += stiffness.min() / count;
@@ -294,10 +298,13 @@ impl System {
         !c.active && present && c.foot.gap < 0.0 && !c.foot.past_border && self.can_touch(k)
     }
 
-    /// Adds held components of a node, and those held in the correction, to its condition.
+    /// Adds held components of a node, and those held in the correction, to its condition. The row of a hanging node is
+    /// that of a support without displacement: its displacement follows from its masters.
     fn support(&self, condition: &mut Condition, free: &Mat3) {
         let node = condition.node;
-        hold(condition, free, &self.displacement(node), self.scales);
+        let hangs = self.constraints.is_hanging(node);
+        let offset = if hangs { Vec3::zeros() } else { self.displacement(node) };
+        hold(condition, free, &offset, self.scales);
         for axis in self.rigid_supports_of(node) {
             condition.hold_in_correction(axis, self.scales.normal);
         }

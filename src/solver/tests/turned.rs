@@ -13,7 +13,8 @@ use crate::solver::material::elastic::Elastic;
 use crate::solver::material::hardening::Hardening;
 use crate::solver::material::hill48::Hill48;
 use crate::solver::material::plastic::Plastic;
-use crate::solver::sheet::hex_mesh::rectangle;
+use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
+use crate::solver::sheet::refine::{Refinement, plan_elements};
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Motion, Placement, SheetSide, Simulation, Stage,
     ToolSetup,
@@ -54,6 +55,8 @@ struct View {
     /// Transition from stick to slip in lengths of an edge.
     transition: f64,
     process: Process,
+    /// Elements around the centre are refined twice.
+    refined: bool,
 }
 
 impl View {
@@ -65,6 +68,7 @@ impl View {
             unit: 1.0,
             transition: 1e-4,
             process: Process::Drawn,
+            refined: false,
         }
     }
 
@@ -143,11 +147,28 @@ fn stages(view: &View) -> Vec<Stage> {
     stages
 }
 
+/// The sheet with elements near its centre refined twice, and those around them once.
+fn refined(base: &HexMesh) -> HexMesh {
+    let quads = plan_elements(base);
+    let level = |quad: &[u32; 4]| {
+        let at = quad.map(|column| base.nodes[column as usize * base.nodes_per_column].xy());
+        let middle = at.iter().sum::<nalgebra::Vector2<f64>>() / 4.0;
+        if (middle - nalgebra::Vector2::new(27.0, 31.5)).norm() < 10.0 { 2 } else { 0 }
+    };
+    let levels = quads.iter().map(level).collect();
+    let mesh = Refinement::balanced(quads, levels).mesh(base, None);
+    assert!(mesh.hanging.columns().len() > 30);
+    mesh
+}
+
 /// A sheet of 60 x 60 x 0.8 mm, clamped on all sides unless it is free, of anisotropic steel, formed with friction.
 /// Iterations of the increments, and the final displacements rotated back [mm].
 fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
     let (kind, layers) = view.element;
     let mut mesh = rectangle(60.0, 60.0, 0.8, view.cells(), view.cells(), layers);
+    if view.refined {
+        mesh = refined(&mesh);
+    }
     let mut constraints = Constraints::none(mesh.nodes.len());
     for axis in (0..2).filter(|_| view.process != Process::Free) {
         for side in [0.0, 60.0] {
@@ -231,6 +252,20 @@ fn a_rotated_model_has_the_same_iterations_and_result() {
     let (_, drawn) = stretched(&View::straight(ELEMENTS[0]));
     let deepest = drawn.iter().map(|u| -u.z).fold(0.0, f64::max);
     assert!((deepest - TRAVEL).abs() < 0.2, "{deepest}");
+}
+
+#[test]
+fn a_refined_model_rotated_or_in_another_unit_has_the_same_iterations_and_result() {
+    let quarter = Mat3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+    let axis = Unit::new_normalize(Vec3::new(1.0, -2.0, 0.5));
+    let turn = Rotation3::from_axis_angle(&axis, 0.7).into_inner();
+    for element in ELEMENTS {
+        for process in [Process::Drawn, Process::Free] {
+            let model = View { refined: true, process, ..View::straight(element) };
+            let others = [quarter, turn].map(|turn| View { turn, ..model });
+            compare(&model, &[others[0], others[1], View { unit: 1.0 / 1024.0, ..model }]);
+        }
+    }
 }
 
 /// With a power of two rounding is the same and any constant with a unit has an effect; with a thousand rounding

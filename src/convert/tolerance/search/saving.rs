@@ -12,11 +12,15 @@ use crate::convert::tolerance::state::State;
 const EXCHANGES_MAX: usize = 96;
 
 impl Search<'_> {
-    /// Repeats [`Self::exchange`] until no exchange saves patches or the budget of the saving is used.
-    pub(super) fn exchange_divisions(&self, mut state: State) -> State {
+    /// Repeats [`Self::exchange`] until no exchange saves patches, `work` patches are evaluated or the budget of the saving
+    /// is used.
+    pub(super) fn exchange_divisions(&self, mut state: State, work: u64) -> State {
         let mut tried = 0;
-        while tried < EXCHANGES_MAX && self.evaluator.budget().allows_saving() {
-            let Some(better) = self.exchange(&state, &mut tried) else { break };
+        let budget = self.evaluator.budget();
+        let limit = budget.evaluated() + work;
+        let open = || budget.allows_saving() && budget.evaluated() < limit;
+        while tried < EXCHANGES_MAX && open() {
+            let Some(better) = self.exchange(&state, &mut tried, &open) else { break };
             state = better;
         }
         state
@@ -89,11 +93,16 @@ impl Search<'_> {
     }
 
     /// Lowers one chain or interior, keeps it and raises others instead; returns the first result with fewer patches.
-    /// `tried` counts the attempts.
-    fn exchange(&self, state: &State, tried: &mut usize) -> Option<State> {
+    /// `tried` counts the attempts; there are none once `open` is false.
+    fn exchange(
+        &self,
+        state: &State,
+        tried: &mut usize,
+        open: &impl Fn() -> bool,
+    ) -> Option<State> {
         for m in self.lowering_moves(state) {
             *tried += 1;
-            if *tried > EXCHANGES_MAX {
+            if *tried > EXCHANGES_MAX || !open() {
                 return None;
             }
             let Some((minima, density)) = self.lower(state, m) else { continue };

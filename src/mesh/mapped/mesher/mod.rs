@@ -326,8 +326,9 @@ impl<'m> Mesher<'m> {
     pub(super) fn merge(&self, border: Border, works: Vec<(usize, Patchwork)>) -> SurfaceMesh {
         let count_of = |of: fn(&Patchwork) -> usize| works.iter().map(|(_, work)| of(work)).sum();
         let mut out = SurfaceMesh {
-            vertices: border.points,
             elements: Vec::with_capacity(count_of(|work| work.elements.len())),
+            feet: border.feet(),
+            vertices: border.points,
         };
         out.vertices.reserve_exact(count_of(|work| work.nodes.len()));
         // Each face's work is dropped when it is merged: a fine mesh is not held twice.
@@ -338,6 +339,7 @@ impl<'m> Mesher<'m> {
                 if node.id.is_none() {
                     out.vertices.push(node.point);
                 }
+                out.feet.add_on_face(ids[ids.len() - 1], f as u32, node.uv);
             }
             for e in &work.elements {
                 let ring: Vec<u32> = e.nodes().iter().map(|&n| ids[n as usize]).collect();

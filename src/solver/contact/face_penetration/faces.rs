@@ -54,6 +54,12 @@ pub(in crate::solver) fn faces_of(mesh: &HexMesh, side: SheetSide) -> Vec<Face> 
     for f in &all {
         (0..4).for_each(|k| *sides.entry(side_of(f[k], f[(k + 1) % 4])).or_default() += 1);
     }
+    // Sides of elements on both sides of a hanging node are not on the border.
+    for (node, [a, b]) in mesh.hanging_nodes().map(|(n, m)| (n as u32, m.map(|m| m as u32))) {
+        for side in [side_of(node, a), side_of(node, b), side_of(a, b)] {
+            sides.entry(side).and_modify(|uses| *uses += 1);
+        }
+    }
     let border = |f: &[u32; 4]| [0, 1, 2, 3].map(|k| sides[&side_of(f[k], f[(k + 1) % 4])] == 1);
     all.iter().map(|f| Face { nodes: *f, border: border(f) }).collect()
 }

@@ -4,6 +4,7 @@ use super::error::SheetError;
 use super::families::FACES_BY_DIRECTION;
 use super::turning::{columns_to_reverse, points_down};
 use crate::geometry::Vec3;
+use crate::solver::sheet::hanging::Hanging;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Nodes in columns, bottom first.
@@ -99,7 +100,12 @@ impl Stacks {
         }
         let elements = elements.iter().zip(&self.directions);
         let elements = elements.map(|(e, &d)| upright(&nodes, &e.map(|n| number[n as usize]), d));
-        Ok(HexMesh { elements: elements.collect(), nodes, nodes_per_column: levels })
+        Ok(HexMesh {
+            elements: elements.collect(),
+            nodes,
+            nodes_per_column: levels,
+            hanging: Hanging::default(),
+        })
     }
 }
 

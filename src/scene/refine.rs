@@ -194,17 +194,12 @@ pub(super) fn refinement(
 ) -> Result<Refinement, Fault> {
     let quads = plan_elements(base);
     let mut levels = vec![0_u8; quads.len()];
-    let shrunk = |quad: &[u32; 4]| {
-        let at = quad.map(|column| base.nodes[column as usize * base.nodes_per_column].xy());
-        let middle = at.iter().sum::<Vec2>() / 4.0;
-        at.map(|x| x + (middle - x) * SHRINK_REL)
-    };
     for (k, entry) in entries.iter().enumerate() {
         let found = match (&entry.levels, &entry.region) {
             (Some(digits), _) => given_levels(digits, quads.len(), k)?,
             (None, Some(region)) => {
                 let level = entry.level.unwrap_or(0);
-                let of = |quad| if region.overlaps(&shrunk(quad)) { level } else { 0 };
+                let of = |quad| if region.overlaps(&shrunk(base, quad)) { level } else { 0 };
                 let found: Vec<u8> = quads.iter().map(of).collect();
                 if found.iter().all(|level| *level == 0) {
                     let allowed = "a region that overlaps elements of the blank";
@@ -228,6 +223,13 @@ pub(super) fn refinement(
         return Err(("blank.refine".into(), format!("{count} elements"), allowed));
     }
     Ok(refinement)
+}
+
+/// Corners of an element in plan [mm], shrunk about its centre by [`SHRINK_REL`].
+fn shrunk(base: &HexMesh, quad: &[u32; 4]) -> [Vec2; 4] {
+    let at = quad.map(|column| base.nodes[column as usize * base.nodes_per_column].xy());
+    let middle = at.iter().sum::<Vec2>() / 4.0;
+    at.map(|x| x + (middle - x) * SHRINK_REL)
 }
 
 /// The levels of `count` elements from their digits.

@@ -4,33 +4,54 @@ use super::distance::Quantity;
 use super::error::AccuracyError;
 use super::model::Model;
 use super::options::{Choice, Parts};
+use super::pattern::{LEVEL_MAX, Pattern};
 use super::quantities::Results;
 use super::records;
 use super::sequence::Runner;
 use crate::report::record::SequenceEnd;
+use crate::scene::read::read_with;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Part of the allowed error up to which increments, points and layers each stay as they are. With half of it more runs
 /// get two layers that do not need them; with twice of it two choices can use up what is allowed.
 const CHOICE_SHARE: f64 = 0.2;
 
+/// Elements of a refined mesh over those of the uniform one, above which it is not worth its larger elements.
+const WORTH_SHARE: f64 = 0.6;
+
 impl Runner<'_> {
-    /// Chooses increments, points and layers on the last mesh but one, and refines the mesh with them. `ended`: why the
+    /// Chooses increments, points and layers on the last mesh, and refines the mesh with them. `ended`: why the
     /// meshes with the first choices end.
     pub(super) fn choose_and_refine(
         &mut self,
         ended: SequenceEnd,
     ) -> Result<SequenceEnd, AccuracyError> {
-        let [.., at, finest] = self.meshes[..] else {
+        let [_, .., at] = self.meshes[..] else {
             self.unmeasured.push("mesh".into());
             return Ok(ended);
         };
+        self.keeps_steps = false;
         let (chosen, first_parts) = self.choose(at)?;
-        if self.runs[chosen].model == self.runs[at].model {
-            return if ended == SequenceEnd::Reached { self.refine(1.0, 2) } else { Ok(ended) };
+        if chosen == self.runs[at].model {
+            if ended != SequenceEnd::Reached {
+                return Ok(ended);
+            }
+            if let Err(end) = self.next_ratio(1.0) {
+                return Ok(end);
+            }
+        }
+        let pattern = self.pattern(at)?;
+        if pattern.is_none() && chosen == self.runs[at].model {
+            return self.refine(1.0, 2);
         }
         self.coarse = self.mesh_errors();
-        self.finest = Some(self.runs[finest].model.mesh);
-        let first = std::mem::replace(&mut self.meshes, vec![chosen]);
+        // The short elements of a refined mesh are as long as those of the uniform one.
+        let base = if pattern.is_some() { 0.5_f64.powi(i32::from(LEVEL_MAX)) } else { 1.0 };
+        self.pattern = pattern;
+        let first = std::mem::take(&mut self.meshes);
+        let model = self.with_levels(Model { mesh: chosen.mesh.scaled(base), ..chosen })?;
+        let index = self.known_or_run(model, at)?;
+        self.meshes = vec![index];
         let end = self.refine(1.0, 2)?;
         if self.meshes.len() < 2 {
             // Nothing is known of the error of this mesh: the first choices are better judged.
@@ -39,9 +60,47 @@ impl Runner<'_> {
         Ok(end)
     }
 
-    /// Refines increments, points and layers on the mesh of a run. Returns the index of the run with all that are
-    /// needed, and the errors of the first choices.
-    fn choose(&mut self, base: usize) -> Result<(usize, Parts), AccuracyError> {
+    /// The pattern of refinement by a run; `None` where the refined mesh has nearly as many elements as a uniform one.
+    fn pattern(&self, run: usize) -> Result<Option<Pattern>, AccuracyError> {
+        let run = &self.runs[run];
+        let mesh = self.mesh_of(&run.model)?;
+        let Some(pattern) = Pattern::of_run(&run.folder, &mesh) else { return Ok(None) };
+        let coarse = run.model.mesh.scaled(0.5_f64.powi(i32::from(LEVEL_MAX)));
+        let base = self.mesh_of(&Model { mesh: coarse, levels: None, ..run.model.clone() })?;
+        let levels = pattern.levels(&base);
+        let elements: f64 = levels.bytes().map(|level| 4_f64.powi(i32::from(level - b'0'))).sum();
+        let uniform = levels.len() as f64 * 4_f64.powi(i32::from(LEVEL_MAX));
+        Ok((elements < WORTH_SHARE * uniform).then_some(pattern))
+    }
+
+    /// The model with the levels of the pattern on its mesh, if there is one.
+    pub(super) fn with_levels(&self, model: Model) -> Result<Model, AccuracyError> {
+        let Some(pattern) = &self.pattern else { return Ok(model) };
+        let base = self.mesh_of(&Model { levels: None, ..model.clone() })?;
+        Ok(Model { levels: Some(pattern.levels(&base)), ..model })
+    }
+
+    /// The sheet of a model.
+    fn mesh_of(&self, model: &Model) -> Result<HexMesh, AccuracyError> {
+        let plan = read_with(self.scene, &self.set_of(model)?)?;
+        Ok(plan.simulation_setup(self.scene)?.body.mesh().clone())
+    }
+
+    /// Index of the run of a model, which is made if there is none.
+    fn known_or_run(&mut self, model: Model, against: usize) -> Result<usize, AccuracyError> {
+        if let Some(known) = self.runs.iter().position(|run| run.model == model) {
+            return Ok(known);
+        }
+        let index = self.run(model, "options", Some(against))?;
+        match self.runs[index].results {
+            Some(_) => Ok(index),
+            None => Err(records::not_converged(self.runs.last())),
+        }
+    }
+
+    /// Refines increments, points and layers on the mesh of a run. Returns the model with all that are needed, and the errors
+    /// of the first choices.
+    fn choose(&mut self, base: usize) -> Result<(Model, Parts), AccuracyError> {
         let first = self.runs[base].largest_increments.clone();
         let mut first_parts = Parts::default();
         let finer = self.refine_choice(Choice::Increments, base, &first, &mut first_parts)?;
@@ -49,15 +108,7 @@ impl Runner<'_> {
         // Two layers have twice the points: layers are judged with the points that are needed.
         let points = self.refine_choice(Choice::Points, base, &first, &mut first_parts)?;
         let layers = self.refine_choice(Choice::Layers, points, &first, &mut first_parts)?;
-        let chosen = Model { increments, ..self.runs[layers].model.clone() };
-        if let Some(known) = self.runs.iter().position(|run| run.model == chosen) {
-            return Ok((known, first_parts));
-        }
-        let index = self.run(chosen, "options", Some(base))?;
-        match self.runs[index].results {
-            Some(_) => Ok((index, first_parts)),
-            None => Err(records::not_converged(self.runs.last())),
-        }
+        Ok((Model { increments, ..self.runs[layers].model.clone() }, first_parts))
     }
 
     /// Refines one choice of a run until its error is small, sets its part, and returns the index of the run with what is

@@ -4,9 +4,9 @@
 //!    points.
 //! 2. Meshes are refined (`sequence`). The distance between the last two runs and the observed order of convergence give
 //!    the error of the mesh (`estimate`).
-//! 3. On the last mesh but one the increments are halved, points through the thickness are raised and layers doubled, one
-//!    after the other (`choose`, `options`). The change that each brings gives its part of the error. What is too inaccurate
-//!    is changed for all further runs, whose meshes are as fine as the estimates predict to be necessary.
+//! 3. On the last of them the increments are halved, points through the thickness are raised and layers doubled (`choose`,
+//!    `options`). The change that each brings gives its part of the error. What is too inaccurate is changed for all further
+//!    runs, whose meshes are refined where the sheet bends (`pattern`) and as fine as the estimates predict to be necessary.
 //! 4. The sequence ends when the sum of the parts is below the error that was asked for.
 //!
 //! A quantity of two runs is compared by a distance (`distance`) that vanishes only where both agree in a whole curve or
@@ -19,6 +19,7 @@ mod estimate;
 mod field;
 mod model;
 mod options;
+mod pattern;
 mod publish;
 mod quantities;
 mod records;

@@ -71,6 +71,8 @@ impl fmt::Display for PlanMesh {
 pub struct Model {
     /// Elements in plan.
     pub mesh: PlanMesh,
+    /// Level of refinement of every element in plan, as digits in their order; `None`: none is refined.
+    pub levels: Option<String>,
     /// Layers of elements.
     pub layers: usize,
     /// Element formulation with its points through the thickness.
@@ -83,7 +85,13 @@ impl Model {
     /// The model of a scene; `None` for a blank from a mesh file.
     pub(super) fn of(blank: &Blank) -> Option<Self> {
         let mesh = PlanMesh::of(&blank.shape)?;
-        Some(Self { mesh, layers: blank.layers, element: blank.element, increments: None })
+        Some(Self {
+            mesh,
+            levels: None,
+            layers: blank.layers,
+            element: blank.element,
+            increments: None,
+        })
     }
 
     /// With the layers and points of a first run: solid-shells bend in one layer, hexahedra need those of the scene.
@@ -137,6 +145,9 @@ impl Model {
                 put("blank.shape.disc.rings", rings.to_string())?;
             }
         }
+        if let Some(levels) = &self.levels {
+            put("blank.refine", format!("[{{\"levels\":\"{levels}\"}}]"))?;
+        }
         put("blank.layers", self.layers.to_string())?;
         if let ElementKind::SolidShell { points, membrane } = self.element {
             let options =
@@ -160,14 +171,21 @@ impl Model {
             let most = all.iter().copied().fold(0.0, f64::max);
             format!("-i{:.0}", 1.0 / most.max(f64::MIN_POSITIVE))
         });
-        format!("{a}x{b}-l{}{points}{increments}", self.layers)
+        // The levels of a mesh follow from the runs before it.
+        let refined = if self.levels.is_some() { "-refined" } else { "" };
+        format!("{a}x{b}{refined}-l{}{points}{increments}", self.layers)
     }
 }
 
 impl fmt::Display for Model {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let layers = if self.layers == 1 { "layer" } else { "layers" };
-        write!(f, "{}, {} {layers}", self.mesh, self.layers)?;
+        write!(f, "{}", self.mesh)?;
+        if let Some(levels) = &self.levels {
+            let refined = levels.chars().filter(|level| *level != '0').count();
+            write!(f, " ({refined} of {} refined)", levels.len())?;
+        }
+        write!(f, ", {} {layers}", self.layers)?;
         if let Some(points) = self.points() {
             write!(f, " of {points} points")?;
         }

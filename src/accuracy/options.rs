@@ -131,6 +131,7 @@ mod tests {
     fn model() -> Model {
         Model {
             mesh: PlanMesh::Rectangle([4, 4]),
+            levels: None,
             layers: 1,
             element: ElementKind::default(),
             increments: None,

@@ -42,7 +42,9 @@ impl Runner<'_> {
         let own = model
             .set(&self.plan.scene)
             .map_err(|found| AccuracyError::Results { path: self.scene.into(), found })?;
-        Ok(self.set.iter().cloned().chain(own).collect())
+        let steps = (self.keeps_steps).then(|| SetValue::new("output.vtu_every", "2"));
+        let steps = steps.into_iter().flatten();
+        Ok(self.set.iter().cloned().chain(own).chain(steps).collect())
     }
 
     /// Runs a model, or takes its earlier run. Returns the index of the run.

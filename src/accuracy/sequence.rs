@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use super::distance::Quantity;
 use super::error::AccuracyError;
 use super::estimate::MeshError;
-use super::model::{Model, PlanMesh};
+use super::model::Model;
 use super::options::Parts;
+use super::pattern::Pattern;
 use super::quantities::Results;
 use super::records;
 use super::start::start;
@@ -26,13 +27,13 @@ use crate::scene::set_value::SetValue;
 const RUNS_MAX: usize = 16;
 /// Finer first meshes that are tried where the first does not converge.
 const STARTS_MAX: usize = 3;
-/// Multiple of the allowed errors up to which meshes are refined with the first choices: one more mesh then is fine enough.
-/// On a mesh that is far too coarse the effect of increments and layers on a jagged force is not that on a fine mesh; one
-/// that is finer costs what its choices do not need.
-const COARSE: f64 = 3.0;
-/// Fewest meshes with the first choices: three show the order of convergence, and layers have an effect of their own on a
-/// mesh of two elements over a radius, several times that on finer ones.
-const MESHES_MIN: usize = 3;
+/// Multiple of the allowed errors up to which meshes are refined with the first choices: two more meshes then are fine
+/// enough. On a mesh that is far too coarse the effect of increments and layers on a jagged force is not that on a fine mesh;
+/// one that is finer costs as much as a locally refined one of twice its fineness.
+const COARSE: f64 = 6.0;
+/// Fewest meshes with the first choices: layers have an effect of their own on a mesh of two elements over a radius,
+/// several times that on one of four.
+const MESHES_MIN: usize = 2;
 /// Part of what choices leave of the allowed error that the next mesh aims at: the observed order scatters.
 const AIM: f64 = 0.8;
 /// Penetration over that of the mesh before, above which a tool counts as sharp. On a radius meshes that are finer by 1.4
@@ -138,7 +139,8 @@ pub fn run_to_accuracy(
         parts: Parts::default(),
         meshes: Vec::new(),
         coarse: BTreeMap::new(),
-        finest: None,
+        pattern: None,
+        keeps_steps: true,
         unmeasured: Vec::new(),
     };
     let base = runner.first_run(first)?;
@@ -165,8 +167,10 @@ pub(super) struct Runner<'a> {
     pub(super) meshes: Vec<usize>,
     /// Errors of the finest mesh before the choices changed.
     pub(super) coarse: BTreeMap<String, MeshError>,
-    /// That mesh, until the next is refined from it.
-    pub(super) finest: Option<PlanMesh>,
+    /// Where meshes are refined, once a coarser run has shown it.
+    pub(super) pattern: Option<Pattern>,
+    /// Whether the runs write files of many steps, from which the pattern is made.
+    pub(super) keeps_steps: bool,
     /// Choices whose error could not be measured.
     pub(super) unmeasured: Vec<String>,
 }
@@ -229,8 +233,7 @@ impl Runner<'_> {
                 Err(end) => return Ok(end),
             };
             let model = self.runs[last].model.clone();
-            let from = self.finest.take().unwrap_or(model.mesh);
-            let next = Model { mesh: from.scaled(ratio), ..model };
+            let next = self.with_levels(Model { mesh: model.mesh.scaled(ratio), ..model })?;
             if let Some(end) = self.exceeded(last, &next)? {
                 return Ok(end);
             }
@@ -244,7 +247,7 @@ impl Runner<'_> {
 
     /// Ratio of the element lengths of the last mesh to the next; the error: why there is none. After the choices have
     /// changed, it is that of the last mesh before.
-    fn next_ratio(&self, multiple: f64) -> Result<f64, SequenceEnd> {
+    pub(super) fn next_ratio(&self, multiple: f64) -> Result<f64, SequenceEnd> {
         let results = self.runs[*self.meshes.last().expect("one at least")].results();
         let errors = if self.meshes.len() < 2 { self.coarse.clone() } else { self.mesh_errors() };
         if errors.is_empty() {
@@ -268,7 +271,7 @@ impl Runner<'_> {
         }
         match ratio {
             // Nothing is known of the chosen model on this mesh alone.
-            0.0 if self.meshes.len() < 2 => Ok(1.0),
+            0.0 if self.meshes.len() < 2 => Ok(RATIO_MIN),
             0.0 => Err(SequenceEnd::Reached),
             _ if by_options && self.meshes.len() > 1 => Err(SequenceEnd::Options),
             ratio => Ok(ratio.clamp(RATIO_MIN, RATIO_MAX)),

@@ -16,6 +16,13 @@ pub(super) fn findings(plan: &Plan, out: &mut Vec<Finding>) {
             "Give the blank as `rectangle`, `quarter_disc` or `disc`, or remove `accuracy`.".into(),
         ));
     }
+    if !plan.scene.blank.refine.is_empty() {
+        out.push(Finding::error(
+            "blank.refine".into(),
+            "With `accuracy` the runs choose where elements are refined.".into(),
+            "Remove `blank.refine`, or remove `accuracy`.".into(),
+        ));
+    }
     let springback = accuracy.springback.or(accuracy.springback_mm);
     if springback.is_some() && !has_free_stage(&plan.scene) {
         out.push(Finding::error(

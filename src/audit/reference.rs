@@ -233,7 +233,7 @@ impl CadReference<'_> {
     }
 
     /// Foot point of `p`, which lies beyond the border of `face`: on the nearest edge of the face or on the face beyond
-    /// it, whichever is closer. `normal` is that of `face` there.
+    /// it (at a seam the face itself), whichever is closer; in a tie on the face. `normal` is that of `face` there.
     fn foot_beyond(&self, p: &Vec3, face: u32, normal: Vec3) -> Option<ReferenceFoot> {
         let edge = self.index.closest_edge_of_face(face as usize, p)?;
         if self.free[0][edge.edge] {
@@ -241,7 +241,9 @@ impl CadReference<'_> {
         }
         let on_edge =
             ReferenceFoot { point: edge.point, normal, own_normal: None, face, on_border: false };
-        let across = self.model.edges[edge.edge].uses.iter().filter(|u| u[0] as u32 != face);
+        let uses = &self.model.edges[edge.edge].uses;
+        let is_seam = uses.iter().filter(|u| u[0] as u32 == face).count() > 1;
+        let across = uses.iter().filter(|u| is_seam || u[0] as u32 != face);
         let feet = across.filter_map(|&[f, ring, place]| {
             let other = self.model.faces.get(f)?;
             let side = other.loops.get(ring)?.uses.get(place)?;
@@ -261,10 +263,9 @@ impl CadReference<'_> {
             })
         });
         let distance = |foot: &ReferenceFoot| (foot.point - p).norm();
-        let nearer = |best: ReferenceFoot, next: ReferenceFoot| {
-            if distance(&next) < distance(&best) - self.tie { next } else { best }
-        };
-        Some(feet.fold(on_edge, nearer))
+        let best = feet.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let limit = distance(&on_edge) + self.tie;
+        Some(best.filter(|foot| distance(foot) <= limit).unwrap_or(on_edge))
     }
 
     /// The foot point of a search, on a face other than `own` with the normal there.

@@ -142,9 +142,7 @@ impl Budget {
         if self.is_late(1) {
             return 0;
         }
-        (std::env::var("KLIM").ok().and_then(|s| s.parse().ok()).unwrap_or(SEARCH_LIMIT_RATIO)
-            * self.saving)
-            .saturating_sub(self.total())
+        (SEARCH_LIMIT_RATIO * self.saving).saturating_sub(self.total())
     }
 
     /// True when the search must end.

@@ -19,7 +19,7 @@ const SEARCH_LIMIT_RATIO: u64 = 2;
 const CHEAP_FRACTION: u64 = 20;
 /// Cost of a complete model for each of its patches, in evaluated patches. Its vertex motion compares 81 points of a patch
 /// several times; the evaluation of a face compares 25 points once.
-const COMPLETE_PATCH_COST: u64 = 10;
+const COMPLETE_PATCH_COST: u64 = 4;
 
 /// Counters of the work done, and its limits.
 #[derive(Debug)]

@@ -67,6 +67,59 @@ mod tests {
         assert!(compared > 500 && inside > 300, "{inside} of {compared} inside their faces");
     }
 
+    /// Points 0.03 mm off surfaces with poles, an apex and seams, close to these. The starts are off in both parameters, or
+    /// on the other side of the seam. The local query has the distance to 1e-3, and the normal to 0.6 degrees.
+    #[test]
+    fn distances_and_normals_beside_poles_and_seams_are_those_of_the_surface() {
+        for file in [
+            "cone_186.igs",
+            "hemi_punch_186.igs",
+            "hemi_punch_144.igs",
+            "sphere_186.igs",
+            "torus_144.igs",
+        ] {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming").join(file);
+            let (model, _) = crate::cad::read(&path).unwrap();
+            let reference = CadReference::new(&model);
+            let fractions = [0.0005, 0.004, 0.01, 0.1, 0.3, 0.7, 0.95, 0.99, 0.996, 0.9995];
+            let mut compared = 0;
+            for (f, face) in model.faces.iter().enumerate() {
+                let [u, v] = face.surface.domain();
+                let at =
+                    |a: f64, b: f64| Vec2::new(u[0] + (u[1] - u[0]) * a, v[0] + (v[1] - v[0]) * b);
+                let pairs = fractions.iter().flat_map(|&a| fractions.map(|b| (a, b)));
+                for (a, b) in pairs {
+                    let Some(normal) = face.normal(at(a, b)) else { continue };
+                    let p = face.surface.point(at(a, b)) + normal * 0.03;
+                    let inside = reference.foot_inside(&p, f as u32, at(a, b)).is_some();
+                    let cold = reference.closest(&p, f as u32).unwrap();
+                    if !inside
+                        || cold.face != f as u32
+                        || ((cold.point - p).norm() - 0.03).abs() > 1e-9
+                    {
+                        continue;
+                    }
+                    let starts =
+                        [(a + 0.02, b - 0.015), (a - 0.02, b + 0.01), (1.0 - a, b), (a, 1.0 - b)];
+                    for (a, b) in starts {
+                        let start = Some(at(a.clamp(0.0, 1.0), b.clamp(0.0, 1.0)));
+                        let query = LocalReference(&reference).closest_from(&p, f as u32, start);
+                        let local = query.unwrap().0;
+                        let distance = (p - local.point).dot(&local.normal);
+                        assert!(
+                            (distance - 0.03).abs() <= 3e-5,
+                            "{file} {f} {p:?} {start:?}: {distance}"
+                        );
+                        let turn = (local.normal - cold.normal).norm();
+                        assert!(turn < 1e-2, "{file} {f} {p:?} {start:?}: {turn}");
+                        compared += 1;
+                    }
+                }
+            }
+            assert!(compared > 200, "{file}: {compared}");
+        }
+    }
+
     #[test]
     fn a_point_beyond_the_border_of_its_face_has_no_foot_point_inside() {
         let path =

@@ -25,6 +25,7 @@ mod gaps;
 mod jumps;
 pub(crate) mod local;
 pub mod map;
+mod near;
 mod options;
 #[cfg(feature = "pages")]
 pub mod page;

@@ -10,7 +10,7 @@ use crate::cad::model::{Edge, Face, Foot, FootLocation};
 use crate::cad::raw::LostFace;
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::frame::unit;
-use crate::geometry::nurbs::{Curve3, NearFoot, SurfaceDerivs};
+use crate::geometry::nurbs::{Curve3, SurfaceDerivs};
 use crate::geometry::{Aabb, Vec2, Vec3};
 use crate::tool::{Patch, ToolModel};
 
@@ -114,17 +114,17 @@ pub struct BorderEdge<'a> {
 
 /// A trimmed CAD model as reference surface.
 pub struct CadReference<'m> {
-    model: &'m Model,
-    index: ClosestPoint<'m>,
+    pub(super) model: &'m Model,
+    pub(super) index: ClosestPoint<'m>,
     faces: usize,
     /// Difference of distances below which they are equal [mm]: the gap at which adjacent faces are joined.
-    tie: f64,
+    pub(super) tie: f64,
     /// Whether each edge, and each vertex, is on a free border.
-    free: [Vec<bool>; 2],
+    pub(super) free: [Vec<bool>; 2],
     /// Bounding boxes of the faces.
     boxes: BoxTree,
     /// Error of foot points found near others that is always allowed [mm].
-    accuracy: f64,
+    pub(super) accuracy: f64,
 }
 
 /// Allowed error of a foot point found near another one, over the size of the model. Doubled: distances of 1e-5 of that
@@ -212,61 +212,6 @@ impl CadReference<'_> {
         })
     }
 
-    /// Foot point of `p` near the parameters `start` of its own face, without a search of the model: on that face, on its
-    /// edges or on the adjacent faces. Distances have an error of up to 1e-3. `None` where there is no such point, and at
-    /// free borders: another face may continue there.
-    pub(super) fn foot_near(
-        &self,
-        p: &Vec3,
-        face: u32,
-        start: Vec2,
-    ) -> Option<(ReferenceFoot, Vec2)> {
-        let own = self.model.faces.get(face as usize)?;
-        let near = own.surface.foot_near(p, start, self.accuracy)?;
-        let normal = near_normal(own, &near)?;
-        let foot = if self.index.region_contains(face as usize, near.uv) {
-            ReferenceFoot { point: near.point, normal, own_normal: None, face, on_border: false }
-        } else {
-            self.foot_beyond(p, face, normal)?
-        };
-        Some((foot, near.uv))
-    }
-
-    /// Foot point of `p`, which lies beyond the border of `face`: on the nearest edge of the face or on the face beyond
-    /// it, whichever is closer. `normal` is that of `face` there.
-    fn foot_beyond(&self, p: &Vec3, face: u32, normal: Vec3) -> Option<ReferenceFoot> {
-        let edge = self.index.closest_edge_of_face(face as usize, p)?;
-        if self.free[0][edge.edge] {
-            return None;
-        }
-        let on_edge =
-            ReferenceFoot { point: edge.point, normal, own_normal: None, face, on_border: false };
-        let across = self.model.edges[edge.edge].uses.iter().filter(|u| u[0] as u32 != face);
-        let feet = across.filter_map(|&[f, ring, place]| {
-            let other = self.model.faces.get(f)?;
-            let side = other.loops.get(ring)?.uses.get(place)?;
-            let [a, b] = side.pcurve.domain();
-            let fraction = if side.reversed { 1.0 - edge.fraction } else { edge.fraction };
-            let start = side.pcurve.point(a + (b - a) * fraction);
-            let near = other.surface.foot_near(p, start, self.accuracy)?;
-            let inside = self.index.region_contains(f, near.uv);
-            let foot = inside.then(|| near_normal(other, &near)).flatten();
-            let (face, own_normal) = (f as u32, Some(normal));
-            foot.map(|normal| ReferenceFoot {
-                point: near.point,
-                normal,
-                own_normal,
-                face,
-                on_border: false,
-            })
-        });
-        let distance = |foot: &ReferenceFoot| (foot.point - p).norm();
-        let nearer = |best: ReferenceFoot, next: ReferenceFoot| {
-            if distance(&next) < distance(&best) - self.tie { next } else { best }
-        };
-        Some(feet.fold(on_edge, nearer))
-    }
-
     /// The foot point of a search, on a face other than `own` with the normal there.
     fn reference_foot(&self, foot: &Foot, own_normal: Option<Vec3>) -> ReferenceFoot {
         ReferenceFoot {
@@ -285,17 +230,9 @@ impl CadReference<'_> {
     }
 }
 
-/// Outward normal at a foot point; `None` where the surface is degenerate.
-fn near_normal(face: &Face, near: &NearFoot) -> Option<Vec3> {
-    let [u, v] = face.surface.domain();
-    let reach = [near.su.norm() * (u[1] - u[0]), near.sv.norm() * (v[1] - v[0])];
-    let normal = is_regular([near.su, near.sv], reach).then(|| unit(near.su.cross(&near.sv)));
-    normal.flatten().map(|n| if face.flipped { -n } else { n })
-}
-
 /// True where neither tangent is negligible relative to the other, over the widths of their parameter ranges, and they
 /// are not parallel.
-fn is_regular([su, sv]: [Vec3; 2], [along_u, along_v]: [f64; 2]) -> bool {
+pub(super) fn is_regular([su, sv]: [Vec3; 2], [along_u, along_v]: [f64; 2]) -> bool {
     const REGULAR_RATIO_MIN: f64 = 1e-6;
     let sine = su.cross(&sv).norm();
     along_u.min(along_v) > REGULAR_RATIO_MIN * along_u.max(along_v)

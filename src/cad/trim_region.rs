@@ -109,12 +109,12 @@ impl Piece {
 /// those of the first and the second half.
 fn divide(left: &mut [(Vec2, f64)], right: &mut [(Vec2, f64)]) {
     let degree = right.len() - 1;
-    for r in 1..=degree {
+    for (r, end) in left.iter_mut().enumerate().skip(1) {
         for k in 0..=degree - r {
             let (a, b) = (right[k], right[k + 1]);
             right[k] = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
         }
-        left[r] = right[0];
+        *end = right[0];
     }
 }
 

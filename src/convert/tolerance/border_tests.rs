@@ -66,7 +66,7 @@ fn a_search_ends_at_its_work_limit_with_the_remaining_error() {
     };
     let mut scope =
         Scope::new(&model, &reference, &MappedOptions::default(), &options, None, false).unwrap();
-    scope.budget = std::sync::Arc::new(budget::Budget::new(64));
+    scope.budget = std::sync::Arc::new(budget::Budget::new(160));
     let evaluator = FaceEvaluator::new(&scope, &scope.free_edges, false);
     let error = scope.refine(&evaluator, &goal).unwrap_err();
     let ToleranceError::NotReached { found, patches, spent, unit, .. } = &error else {

@@ -18,7 +18,8 @@ const SEARCH_LIMIT_RATIO: u64 = 2;
 /// an eighth, a pan of 31 faces takes a third longer, with as many patches.
 const CHEAP_FRACTION: u64 = 20;
 /// Cost of a complete model for each of its patches, in evaluated patches. Its vertex motion compares 81 points of a patch
-/// several times; the evaluation of a face compares 25 points once.
+/// several times; the evaluation of a face compares 25 points once. With 4, a ball with a hole takes 1403 patches at 0.01 mm
+/// instead of 367.
 const COMPLETE_PATCH_COST: u64 = 10;
 
 /// Counters of the work done, and its limits.
@@ -142,9 +143,7 @@ impl Budget {
         if self.is_late(1) {
             return 0;
         }
-        (std::env::var("KLIM").ok().and_then(|s| s.parse().ok()).unwrap_or(SEARCH_LIMIT_RATIO)
-            * self.saving)
-            .saturating_sub(self.total())
+        (SEARCH_LIMIT_RATIO * self.saving).saturating_sub(self.total())
     }
 
     /// True when the search must end.

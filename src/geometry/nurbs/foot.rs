@@ -25,6 +25,9 @@ const EVALUATIONS_MAX: usize = 5;
 /// Error of the foot point over its distance from the point at which the iteration ends. Doubled: shape errors with an
 /// error of up to 0.2 %.
 const DISTANCE_ERROR_REL: f64 = 1e-3;
+/// Largest change of a tangent, over its length, in a step completed with the Taylor polynomial: normals are then within
+/// half its square, 0.3 degrees. The tangent at a pole or apex is zero: beside it, steps are short.
+const TANGENT_CHANGE_MAX: f64 = 0.1;
 /// Longest step completed with the Taylor polynomial, over the knot span. Terms of third order over those of second
 /// order are about as large.
 const STEP_MAX_REL: f64 = 0.25;
@@ -36,8 +39,9 @@ const ACROSS_KNOT_MAX_REL: f64 = 1e-3;
 impl Surface {
     /// The foot point of `p` that Newton's method reaches from `start` (clamped to the domain), on the surface or its
     /// continuation over the border of the domain. The last step is not evaluated: with the step `h` from the
-    /// parameters x, `S(x + h) = S + S_i h_i + S_ij h_i h_j / 2`. Its error is about `2 |q|^2 / (3 |t|)` for the terms t of
-    /// first and q of second order. The iteration ends when it is below `accuracy_mm` or 1e-3 of the distance.
+    /// parameters x, `S(x + h) = S + S_i h_i + S_ij h_i h_j / 2`. The iteration ends when the estimate of its
+    /// error is below `accuracy_mm` or 1e-3 of the distance. It is an estimate and no bound: audits of results evaluate the
+    /// foot point.
     ///
     /// `None` where the distance is not convex or the iteration does not end.
     pub(crate) fn foot_near(&self, p: &Vec3, start: Vec2, accuracy_mm: f64) -> Option<NearFoot> {
@@ -92,10 +96,25 @@ fn taylor(d: &SurfaceDerivs, x: Vec2, step: Vec2, domain: &Bounds) -> (NearFoot,
     let (du, dv, along) = (step.x, step.y, after(step));
     let inner = after(domain.clamp(x + step) - x);
     let (first, second) = (d.su * du + d.sv * dv, (along[0] * du + along[1] * dv) * 0.5);
-    let length = first.norm();
-    let error = if length > 0.0 { second.norm_squared() / (1.5 * length) } else { 0.0 };
     let point = d.s + first + second;
-    (NearFoot { uv: x + step, point, su: d.su + inner[0], sv: d.sv + inner[1] }, error)
+    let foot = NearFoot { uv: x + step, point, su: d.su + inner[0], sv: d.sv + inner[1] };
+    (foot, truncation(d, step))
+}
+
+/// Estimated terms of third and higher order of the Taylor polynomial after `step` [mm]: `q rho` for the sum q of the lengths
+/// of the terms of second order and the relative change `rho` of the tangents over the step. It is three times that of an
+/// arc. Infinite above [`TANGENT_CHANGE_MAX`].
+fn truncation(d: &SurfaceDerivs, step: Vec2) -> f64 {
+    let (hu, hv) = (step.x.abs(), step.y.abs());
+    let (uu, uv, vv) = (d.suu.norm(), d.suv.norm(), d.svv.norm());
+    let change_u = (uu * hu + uv * hv) / d.su.norm();
+    let change_v = (uv * hu + vv * hv) / d.sv.norm();
+    let change = change_u.max(change_v);
+    if change <= TANGENT_CHANGE_MAX {
+        change * (0.5 * uu * hu * hu + uv * hu * hv + 0.5 * vv * hv * hv)
+    } else {
+        f64::INFINITY
+    }
 }
 
 #[cfg(test)]

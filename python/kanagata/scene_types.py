@@ -3,6 +3,28 @@
 from typing import Any, Literal, NotRequired, TypedDict, Union
 
 
+class Accuracy(TypedDict):
+    """Errors allowed in the results: `kanagata-solve run` refines mesh, layers, points and increments until
+    the estimated errors are below them. At least one is given; other quantities are reported with their
+    estimates."""
+
+    # Largest error of the displacement of the border in plan over its largest displacement, 0.0001 to 0.5.
+    draw_in: NotRequired[Union[float, None]]
+    # As `draw_in` [mm], above 0.
+    draw_in_mm: NotRequired[Union[float, None]]
+    # Error of the force of every tool whose travel is prescribed: root mean square over these stages, over
+    # the largest force; 0.0001 to 0.5.
+    force: NotRequired[Union[float, None]]
+    # Error of the springback (largest and root mean square of the displacements) over the largest
+    # displacement, 0.0001 to 0.5. A stage must release all tools.
+    springback: NotRequired[Union[float, None]]
+    # As `springback` [mm], above 0.
+    springback_mm: NotRequired[Union[float, None]]
+    # Error of the thickness over the initial thickness: of the minimum, and in the root mean square over the
+    # sheet; 0.0001 to 0.5.
+    thickness: NotRequired[Union[float, None]]
+
+
 # A coordinate axis.
 Axis = Union[Literal['x'], Literal['y'], Literal['z']]
 
@@ -729,6 +751,8 @@ YieldCriterion = Union["YieldCriterionCriterion", "YieldCriterion2", "YieldCrite
 class SceneFile(TypedDict):
     """A forming process: sheet, material, tools and stages."""
 
+    # Errors that a sequence of runs may leave in the results.
+    accuracy: NotRequired[Union["Accuracy", None]]
     # The sheet.
     blank: "Blank"
     # `kanagata-scene`.

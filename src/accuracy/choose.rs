@@ -7,7 +7,7 @@ use super::options::{Choice, Parts};
 use super::pattern::{LEVEL_MAX, Pattern};
 use super::quantities::Results;
 use super::records;
-use super::sequence::Runner;
+use super::runner::Runner;
 use crate::report::record::SequenceEnd;
 use crate::scene::read::read_with;
 use crate::solver::sheet::hex_mesh::HexMesh;

@@ -23,10 +23,12 @@ mod pattern;
 mod publish;
 mod quantities;
 mod records;
+mod runner;
 mod sequence;
 mod start;
 
 pub use error::AccuracyError;
 pub use model::Model;
 pub use publish::RUNS;
-pub use sequence::{Limits, Observer, Sequence, run_to_accuracy};
+pub use runner::{Limits, Observer, Sequence};
+pub use sequence::run_to_accuracy;

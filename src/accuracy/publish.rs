@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::error::AccuracyError;
-use super::sequence::Sequence;
+use super::runner::Sequence;
 use crate::files::{Input, WriteError, remove_where, write_atomic};
 use crate::report::record::{RunRecord, Verdict};
 

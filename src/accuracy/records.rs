@@ -8,7 +8,7 @@ use super::estimate::MeshError;
 use super::model::Model;
 use super::options::largest_increments;
 use super::quantities::Results;
-use super::sequence::{Done, Runner, Sequence};
+use super::runner::{Done, Runner, Sequence};
 use crate::files::{Input, read, read_text};
 use crate::report::record::{
     AccuracyRecord, History, QuantityRecord, RunRecord, SequenceEnd, SequenceRunRecord, Verdict,

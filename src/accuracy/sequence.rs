@@ -1,23 +1,19 @@
 //! The sequence of runs: the first model, its choices, and meshes of growing fineness.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::distance::Quantity;
 use super::error::AccuracyError;
 use super::estimate::MeshError;
 use super::model::Model;
 use super::options::Parts;
-use super::pattern::Pattern;
-use super::quantities::Results;
 use super::records;
+use super::runner::{Done, Limits, Observer, Runner, Sequence};
 use super::start::start;
-use crate::cancel::Cancel;
-use crate::report::record::{AccuracyRecord, FacePenetrationRecord, SequenceEnd};
-use crate::run::Progress;
+use crate::report::record::{FacePenetrationRecord, SequenceEnd};
 use crate::run::cost::estimate;
 use crate::run::resources::memory_limit_megabytes;
-use crate::scene::Plan;
 use crate::scene::accuracy::Accuracy;
 use crate::scene::preview::SheetCounts;
 use crate::scene::read::read_with;
@@ -47,62 +43,6 @@ const RATIO_MAX: f64 = 2.0;
 const TIME_EXPONENT: f64 = 1.5;
 const TIME_EXPONENT_MIN: f64 = 1.0;
 const TIME_EXPONENT_MAX: f64 = 2.0;
-
-/// Limits and permissions of a sequence.
-#[derive(Debug, Clone, Default)]
-pub struct Limits {
-    /// Wall time of all runs [s].
-    pub wall_s: Option<f64>,
-    /// Discard earlier runs.
-    pub overwrite: bool,
-    /// Exclude tool patches that the sheet cannot touch, which does not change results.
-    pub auto: bool,
-    /// Take folders from runs that are not known to be alive on this host.
-    pub break_lock: bool,
-    /// Stop request: the run is stopped with a checkpoint; the same call continues it.
-    pub stop: Cancel,
-}
-
-/// Receives what a sequence does.
-pub trait Observer {
-    /// Run `number` (from 1) of the model begins; `purpose` as in its record. `known`: an earlier run is used.
-    fn begins(&mut self, number: usize, purpose: &str, model: &Model, known: bool);
-    /// Progress of the run.
-    fn progress(&mut self, progress: &Progress<'_>);
-    /// A run did not converge: `why`.
-    fn failed(&mut self, why: &str);
-}
-
-/// The outcome of a sequence.
-#[derive(Debug, Clone)]
-pub struct Sequence {
-    /// Estimated errors and runs.
-    pub record: AccuracyRecord,
-    /// Folder of the run with the smallest errors.
-    pub best: PathBuf,
-}
-
-/// A run that is done.
-#[derive(Debug, Clone)]
-pub(super) struct Done {
-    pub(super) model: Model,
-    pub(super) purpose: &'static str,
-    pub(super) folder: PathBuf,
-    pub(super) set: Vec<String>,
-    pub(super) record: crate::report::record::RunRecord,
-    pub(super) largest_increments: Vec<f64>,
-    /// `None`: it did not converge.
-    pub(super) results: Option<Results>,
-    /// Index of the run that it is compared with.
-    pub(super) against: Option<usize>,
-}
-
-impl Done {
-    /// Results of a run that has converged.
-    pub(super) fn results(&self) -> &Results {
-        self.results.as_ref().expect("only runs that converged are compared")
-    }
-}
 
 /// Runs the scene at `scene` (with `set`) to its accuracy, or to `accuracy` if given; runs are in `folder`.
 ///
@@ -149,30 +89,6 @@ pub fn run_to_accuracy(
     let ended = runner.refine(COARSE, MESHES_MIN)?;
     let end = runner.choose_and_refine(ended)?;
     Ok(runner.outcome(end))
-}
-
-/// A sequence in progress.
-pub(super) struct Runner<'a> {
-    pub(super) scene: &'a Path,
-    pub(super) set: &'a [SetValue],
-    pub(super) asked: Accuracy,
-    pub(super) folder: &'a Path,
-    pub(super) limits: &'a Limits,
-    pub(super) observer: &'a mut dyn Observer,
-    pub(super) plan: Plan,
-    pub(super) runs: Vec<Done>,
-    /// Errors of the choices of the runs in `meshes`.
-    pub(super) parts: Parts,
-    /// Runs that differ in their meshes only, from coarse to fine.
-    pub(super) meshes: Vec<usize>,
-    /// Errors of the finest mesh before the choices changed.
-    pub(super) coarse: BTreeMap<String, MeshError>,
-    /// Where meshes are refined, once a coarser run has shown it.
-    pub(super) pattern: Option<Pattern>,
-    /// Whether the runs write files of many steps, from which the pattern is made.
-    pub(super) keeps_steps: bool,
-    /// Choices whose error could not be measured.
-    pub(super) unmeasured: Vec<String>,
 }
 
 impl Runner<'_> {

@@ -1,10 +1,11 @@
 //! `run --accuracy`: a sequence of runs to an accuracy, with its progress and its results on the terminal.
 
+use std::path::Path;
+
 use indicatif::ProgressBar;
 
 use super::exit::{Exit, Failure};
-use super::run::{RunArgs, progress_bar, show};
-use super::stop;
+use super::progress_bar::{progress_bar, show};
 use super::terminal::{err, out, put};
 use crate::accuracy::{AccuracyError, Limits, Model, Observer, run_to_accuracy};
 use crate::report::record::{AccuracyRecord, RunRecord};
@@ -15,6 +16,7 @@ use crate::run::report::write_from_files;
 use crate::run::{Progress, RunError};
 use crate::scene::Plan;
 use crate::scene::accuracy::Accuracy;
+use crate::scene::set_value::SetValue;
 
 /// Parses `1%`, `0.01`, or `force=1%,thickness=1%,draw-in=0.1mm,springback=0.05mm`.
 pub(super) fn accuracy(text: &str) -> Result<Accuracy, String> {
@@ -54,9 +56,28 @@ fn fraction(text: &str) -> Result<f64, String> {
     })
 }
 
+/// A sequence of runs, and what is shown of it.
+pub(super) struct Request<'a> {
+    /// The scene file, and values of it that are set.
+    pub(super) scene: &'a Path,
+    pub(super) set: &'a [SetValue],
+    /// Folder for the results.
+    pub(super) output: &'a Path,
+    /// In place of that of the scene.
+    pub(super) accuracy: Option<Accuracy>,
+    pub(super) limits: Limits,
+    /// A line, or a line of JSON, for every increment.
+    pub(super) lines: bool,
+    pub(super) json: bool,
+    /// Nothing but doubts on the terminal.
+    pub(super) quiet: bool,
+    /// Whether `report.html` is written.
+    pub(super) page: bool,
+}
+
 /// Shows the runs of a sequence.
 struct Terminal<'a> {
-    args: &'a RunArgs,
+    request: &'a Request<'a>,
     bar: ProgressBar,
     tools: Vec<String>,
 }
@@ -64,17 +85,17 @@ struct Terminal<'a> {
 impl Observer for Terminal<'_> {
     fn begins(&mut self, number: usize, purpose: &str, model: &Model, known: bool) {
         self.bar.set_position(0);
-        if !self.args.is_quiet() {
+        if !self.request.quiet {
             let known = if known { " (done before)" } else { "" };
             self.bar.suspend(|| out!("run {number}, {purpose}: {model}{known}"));
-            if self.args.prints_lines() {
+            if self.request.lines {
                 out!("{HEADER}");
             }
         }
     }
 
     fn progress(&mut self, progress: &Progress<'_>) {
-        match (self.args.prints_lines(), self.args.prints_json()) {
+        match (self.request.lines, self.request.json) {
             (false, false) => show(&self.bar, progress),
             _ if progress.report.increment == 0 => {}
             (true, _) => put(&line(&self.tools, &row(progress.report))),
@@ -101,35 +122,28 @@ impl From<AccuracyError> for Failure {
 }
 
 /// Runs the sequence and returns the record of its best run, with the estimated errors.
-pub(super) fn run(args: &RunArgs, plan: &Plan) -> Result<RunRecord, Failure> {
-    let output = args.output();
+pub(super) fn run(request: &Request<'_>, plan: &Plan) -> Result<RunRecord, Failure> {
+    let output = request.output;
     std::fs::create_dir_all(output)
         .map_err(|source| RunError::Folder { path: output.to_path_buf(), source })?;
-    let lock = match lock::take(&lock::file_in(output), args.breaks_lock())? {
+    let lock = match lock::take(&lock::file_in(output), request.limits.break_lock)? {
         Attempt::Acquired(lock) => lock,
         Attempt::HeldByOther(holder) => {
             return Err(RunError::Busy { folder: output.to_path_buf(), holder }.into());
         }
     };
-    let limits = Limits {
-        wall_s: args.budget(),
-        overwrite: args.overwrites(),
-        auto: args.excludes(),
-        break_lock: args.breaks_lock(),
-        stop: stop::request().clone(),
-    };
     let mut terminal = Terminal {
-        args,
-        bar: progress_bar(args.is_quiet() || args.prints_lines()),
+        request,
+        bar: progress_bar(request.quiet || request.lines),
         tools: plan.scene.tools.iter().map(|tool| tool.name.clone()).collect(),
     };
     let folder = output.join(crate::accuracy::RUNS);
-    let ended =
-        run_to_accuracy(args.scene(), args.set(), args.accuracy(), &folder, &limits, &mut terminal);
+    let Request { scene, set, accuracy, ref limits, .. } = *request;
+    let ended = run_to_accuracy(scene, set, accuracy, &folder, limits, &mut terminal);
     terminal.bar.finish_and_clear();
     let record = ended?.publish(output)?;
     drop(lock);
-    if args.writes_report() {
+    if request.page {
         write_from_files(output)?;
     }
     Ok(record)

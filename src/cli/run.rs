@@ -2,19 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use indicatif::{ProgressBar, ProgressStyle};
-
+use super::accuracy;
 use super::doubts::print_doubts;
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::progress_bar::{progress_bar, show};
 use super::quantity::time_s;
 use super::run_summary::print_record;
 use super::stop;
 use super::terminal::{err, out, put};
+use crate::accuracy::Limits;
 use crate::report::record::RunRecord;
 use crate::run::folder::row;
 use crate::run::progress_line::{HEADER, json_line, line};
 use crate::run::report::write_from_files;
-use crate::run::{Progress, RunError, RunOptions, WriteReport, completed};
+use crate::run::{RunError, RunOptions, WriteReport, completed};
 use crate::scene::accuracy::Accuracy;
 use crate::scene::read::read_with;
 use crate::scene::set_value::SetValue;
@@ -52,7 +53,7 @@ pub struct RunArgs {
     /// Refine mesh, layers, points and increments from run to run until the estimated errors are below this: `1%` for
     /// all, or force=1%,thickness=1%,draw-in=0.1mm,springback=0.05mm; also `accuracy` in the scene. A sequence that was
     /// stopped is continued
-    #[arg(long, value_name = "ERROR", value_parser = super::accuracy::accuracy)]
+    #[arg(long, value_name = "ERROR", value_parser = accuracy::accuracy)]
     accuracy: Option<Accuracy>,
     /// Wall time that the runs for an accuracy may take, as `10min`; the best result within it is given
     #[arg(long, value_name = "TIME", value_parser = time_s)]
@@ -90,51 +91,6 @@ impl RunArgs {
     /// Values of the scene that are set.
     pub(super) fn set(&self) -> &[SetValue] {
         &self.set
-    }
-
-    /// The folder for the results.
-    pub(super) fn output(&self) -> &Path {
-        &self.output
-    }
-
-    /// Accuracy that is asked for on the command line.
-    pub(super) fn accuracy(&self) -> Option<Accuracy> {
-        self.accuracy
-    }
-
-    /// Wall time of the runs for an accuracy [s].
-    pub(super) fn budget(&self) -> Option<f64> {
-        self.budget
-    }
-
-    /// Whether earlier results are discarded.
-    pub(super) fn overwrites(&self) -> bool {
-        self.overwrite
-    }
-
-    /// Whether a folder of a run elsewhere is taken.
-    pub(super) fn breaks_lock(&self) -> bool {
-        self.break_lock
-    }
-
-    /// Whether patches that the sheet cannot touch are excluded.
-    pub(super) fn excludes(&self) -> bool {
-        self.auto
-    }
-
-    /// Whether the page of a run that is done is written.
-    pub(super) fn writes_report(&self) -> bool {
-        matches!(self.report, When::Always)
-    }
-
-    /// Whether there is a line per increment.
-    pub(super) fn prints_lines(&self) -> bool {
-        self.lines
-    }
-
-    /// Whether standard output is JSON.
-    pub(super) fn prints_json(&self) -> bool {
-        self.json
     }
 
     /// Whether doubts leave the exit code at 0.
@@ -200,7 +156,7 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
         stop_with_input();
     }
     if args.accuracy.is_some() || plan.scene.accuracy.is_some() {
-        return report(args, &super::accuracy::run(args, &plan)?);
+        return report(args, &accuracy::run(&sequence(args), &plan)?);
     }
     if args.budget.is_some() {
         return Err(Failure::input(
@@ -231,6 +187,27 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
             }
             Err(error.into())
         }
+    }
+}
+
+/// The sequence of runs to an accuracy that the arguments ask for.
+fn sequence(args: &RunArgs) -> accuracy::Request<'_> {
+    accuracy::Request {
+        scene: &args.scene,
+        set: &args.set,
+        output: &args.output,
+        accuracy: args.accuracy,
+        limits: Limits {
+            wall_s: args.budget,
+            overwrite: args.overwrite,
+            auto: args.auto,
+            break_lock: args.break_lock,
+            stop: stop::request().clone(),
+        },
+        lines: args.lines,
+        json: args.json,
+        quiet: args.quiet || args.json,
+        page: matches!(args.report, When::Always),
     }
 }
 
@@ -271,7 +248,7 @@ fn report(args: &RunArgs, record: &RunRecord) -> Result<Exit, Failure> {
         put(&serde_json::to_string(record).map_err(Failure::input)?);
     } else if !args.quiet {
         print_record(record, &args.output);
-        record.accuracy.iter().for_each(super::accuracy::print);
+        record.accuracy.iter().for_each(accuracy::print);
     }
     print_doubts(&record.doubts, args.accept_doubts);
     write_metrics(args)?;
@@ -291,36 +268,4 @@ pub(super) fn stop_with_input() {
         let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
         stop::stop();
     });
-}
-
-const RESOLUTION: u64 = 10_000;
-
-pub(super) fn progress_bar(quiet: bool) -> ProgressBar {
-    if quiet {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new(RESOLUTION);
-    let style = ProgressStyle::with_template("{bar:24} {percent:>3} %  {msg}");
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar
-}
-
-pub(super) fn show(bar: &ProgressBar, progress: &Progress<'_>) {
-    let r = progress.report;
-    // The tool with the largest travel is shown.
-    let watched = r.tools.iter().max_by(|a, b| a.travel.abs().total_cmp(&b.travel.abs()));
-    let tool = watched.map_or_else(String::new, |t| {
-        format!("{} {:.2} mm {:.1} kN", t.name, t.travel, t.force / 1e3)
-    });
-    let left = if progress.done > 0.01 {
-        let seconds = progress.elapsed_s * (1.0 - progress.done) / progress.done;
-        format!("{:.0}:{:02.0} left", (seconds / 60.0).floor(), seconds % 60.0)
-    } else {
-        String::new()
-    };
-    bar.set_position((progress.done * RESOLUTION as f64) as u64);
-    bar.set_message(format!(
-        "{} #{} {tool}, {} iterations, {} touch {} slip  {left}",
-        r.stage_name, r.increment, r.iterations, r.contacts, r.slipping
-    ));
 }

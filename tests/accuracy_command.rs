@@ -128,6 +128,22 @@ fn a_sequence_without_time_is_doubtful_and_says_why() {
     let record = json(&output.join("run.json"));
     assert_eq!(record["accuracy"]["end"], "time");
     assert_eq!(record["verdict"], "doubtful");
+    assert!(!record["accuracy"]["unmeasured"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn a_quantity_that_the_scene_does_not_have_is_refused_and_files_of_others_are_kept() {
+    let (folder, scene) = scene();
+    let output = folder.path().join("out");
+    let refused = run(&scene, &output, &["--accuracy", "force=20%,springback=5%"]);
+    assert_eq!(refused.status.code(), Some(2), "{}", text(&refused.stderr));
+    assert!(text(&refused.stderr).contains("no stage releases all tools"));
+    let other = folder.path().join("other");
+    std::fs::create_dir(&other).unwrap();
+    std::fs::write(other.join("history.csv"), "of another program").unwrap();
+    let refused = run(&scene, &other, &["--accuracy", "20%"]);
+    assert_eq!(refused.status.code(), Some(2), "{}", text(&refused.stderr));
+    assert_eq!(std::fs::read_to_string(other.join("history.csv")).unwrap(), "of another program");
 }
 
 #[test]

@@ -6,17 +6,18 @@ use super::model::Model;
 use super::options::{Choice, Parts};
 use super::pattern::{LEVEL_MAX, Pattern};
 use super::quantities::Results;
-use super::records;
 use super::runner::Runner;
 use crate::report::record::SequenceEnd;
 use crate::scene::read::read_with;
 use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::solver::sheet::refine::plan_elements;
 
 /// Part of the allowed error up to which increments, points and layers each stay as they are. With half of it more runs
 /// get two layers that do not need them; with twice of it two choices can use up what is allowed.
 const CHOICE_SHARE: f64 = 0.2;
 
-/// Elements of a refined mesh over those of the uniform one, above which it is not worth its larger elements.
+/// Elements of a refined mesh over those of the uniform one, above which it is not used: what it saves is then small beside
+/// the error of its longer elements. At half the value a strip that bends along a third of its length stays uniform.
 const WORTH_SHARE: f64 = 0.6;
 
 impl Runner<'_> {
@@ -26,10 +27,7 @@ impl Runner<'_> {
         &mut self,
         ended: SequenceEnd,
     ) -> Result<SequenceEnd, AccuracyError> {
-        let [_, .., at] = self.meshes[..] else {
-            self.unmeasured.push("mesh".into());
-            return Ok(ended);
-        };
+        let [_, .., at] = self.meshes[..] else { return Ok(ended) };
         self.keeps_steps = false;
         let (chosen, first_parts) = self.choose(at)?;
         if chosen == self.runs[at].model {
@@ -48,19 +46,33 @@ impl Runner<'_> {
         // The short elements of a refined mesh are as long as those of the uniform one.
         let base = if pattern.is_some() { 0.5_f64.powi(i32::from(LEVEL_MAX)) } else { 1.0 };
         self.pattern = pattern;
-        let first = std::mem::take(&mut self.meshes);
         let model = self.with_levels(Model { mesh: chosen.mesh.scaled(base), ..chosen })?;
-        let index = self.known_or_run(model, at)?;
-        self.meshes = vec![index];
-        let end = self.refine(1.0, 2)?;
+        let first = std::mem::take(&mut self.meshes);
+        let end = self.refine_from(model, at)?;
         if self.meshes.len() < 2 {
-            // Nothing is known of the error of this mesh: the first choices are better judged.
+            // Nothing is known of the error of one mesh alone: the first choices are better judged.
             (self.meshes, self.parts) = (first, first_parts);
         }
         Ok(end)
     }
 
-    /// The pattern of refinement by a run; `None` where the refined mesh has nearly as many elements as a uniform one.
+    /// Runs a model, or takes its run, and refines its mesh. `at`: the run that it is compared with.
+    fn refine_from(&mut self, model: Model, at: usize) -> Result<SequenceEnd, AccuracyError> {
+        let known = self.runs.iter().position(|run| run.model == model);
+        let index = match (known, self.exceeded(at, &model)?) {
+            (Some(known), _) => known,
+            (None, Some(end)) => return Ok(end),
+            (None, None) => self.run(model, "options", Some(at))?,
+        };
+        if self.runs[index].results.is_none() {
+            return Ok(SequenceEnd::NotConverged);
+        }
+        self.meshes.push(index);
+        self.refine(1.0, 2)
+    }
+
+    /// The pattern of refinement by a run; `None` where the refined mesh with equally short elements has not far fewer than the
+    /// mesh of the run. The single element across a strip is split too, so that strips stay uniform.
     fn pattern(&self, run: usize) -> Result<Option<Pattern>, AccuracyError> {
         let run = &self.runs[run];
         let mesh = self.mesh_of(&run.model)?;
@@ -69,7 +81,7 @@ impl Runner<'_> {
         let base = self.mesh_of(&Model { mesh: coarse, levels: None, ..run.model.clone() })?;
         let levels = pattern.levels(&base);
         let elements: f64 = levels.bytes().map(|level| 4_f64.powi(i32::from(level - b'0'))).sum();
-        let uniform = levels.len() as f64 * 4_f64.powi(i32::from(LEVEL_MAX));
+        let uniform = plan_elements(&mesh).len() as f64;
         Ok((elements < WORTH_SHARE * uniform).then_some(pattern))
     }
 
@@ -84,18 +96,6 @@ impl Runner<'_> {
     fn mesh_of(&self, model: &Model) -> Result<HexMesh, AccuracyError> {
         let plan = read_with(self.scene, &self.set_of(model)?)?;
         Ok(plan.simulation_setup(self.scene)?.body.mesh().clone())
-    }
-
-    /// Index of the run of a model, which is made if there is none.
-    fn known_or_run(&mut self, model: Model, against: usize) -> Result<usize, AccuracyError> {
-        if let Some(known) = self.runs.iter().position(|run| run.model == model) {
-            return Ok(known);
-        }
-        let index = self.run(model, "options", Some(against))?;
-        match self.runs[index].results {
-            Some(_) => Ok(index),
-            None => Err(records::not_converged(self.runs.last())),
-        }
     }
 
     /// Refines increments, points and layers on the mesh of a run. Returns the model with all that are needed, and the errors
@@ -136,7 +136,10 @@ impl Runner<'_> {
             };
             let [before, after] = choice.errors_over_change(&model, &finer, first);
             let runs = (self.runs[coarse].results().clone(), self.runs[fine].results().clone());
-            self.parts.set(choice, before, (&runs.0, &runs.1));
+            if !self.parts.set(choice, before, (&runs.0, &runs.1)) {
+                self.unmeasured.push(choice.name().into());
+                break;
+            }
             if coarse == base {
                 first_parts.set(choice, before, (&runs.0, &runs.1));
             }

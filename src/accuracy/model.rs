@@ -31,11 +31,13 @@ impl PlanMesh {
         }
     }
 
-    /// With `factor` times the elements along each direction; a single element across a strip remains single.
+    /// With `factor` times the elements along each direction, two at least; a single element across a strip remains single.
+    /// A factor above 1.25 gives more elements.
     pub(super) fn scaled(self, factor: f64) -> Self {
-        let more =
-            |n: usize| if n == 1 { 1 } else { (n as f64 * factor).round().max(2.0) as usize };
+        let more = |n: usize| (n as f64 * factor).round().max(2.0) as usize;
         match self {
+            Self::Rectangle([n, 1]) if n > 1 => Self::Rectangle([more(n), 1]),
+            Self::Rectangle([1, n]) if n > 1 => Self::Rectangle([1, more(n)]),
             Self::Rectangle(n) => Self::Rectangle(n.map(more)),
             Self::QuarterDisc(n) => Self::QuarterDisc(n.map(more)),
             Self::Disc(n) => Self::Disc(n.map(more)),
@@ -207,6 +209,8 @@ mod tests {
         assert_eq!(scaled([70, 1], 0.5), [35, 1]);
         assert_eq!(scaled([70, 1], 2.0), [140, 1]);
         assert_eq!(scaled([9, 3], 0.1), [2, 2]);
+        assert_eq!(scaled([1, 1], 1.4), [2, 2]);
+        assert_eq!(PlanMesh::Disc([1, 2]).scaled(2.0).counts(), [2, 4]);
         assert_eq!(PlanMesh::Rectangle([30, 20]).finer_than(PlanMesh::Rectangle([10, 10])), 3.0);
     }
 

@@ -9,7 +9,7 @@ use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::sheet::refine::plan_elements;
 
 /// Highest level of refinement. Elements that bend most are then a quarter as long as those of flat parts. With one level
-/// fewer flat parts cost several times as much; with one more they are longer than the radii.
+/// fewer flat parts have four times the elements; with one more their elements are eight times as long as those that bend.
 pub(super) const LEVEL_MAX: u8 = 2;
 
 /// Shrinkage of an element about its centre before it is compared with others, so that neighbours do not overlap.

@@ -24,6 +24,8 @@ impl Sequence {
         let text = crate::files::read(&path, Input::Description);
         let text = text.map_err(|e| fault(&path, e.to_string()))?;
         let mut record = RunRecord::parse(&text).map_err(|found| fault(&path, found))?;
+        // A record must not stand beside files of another run.
+        remove_where(output, |name| name == "run.json" || name == "report.html");
         for inner in ["steps", "tools"] {
             let folder = output.join(inner);
             fs::create_dir_all(&folder)

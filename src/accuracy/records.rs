@@ -127,12 +127,13 @@ impl Runner<'_> {
         let results = best.results.as_ref().expect("it has converged");
         let errors = self.mesh_errors();
         let record = |q: &Quantity| self.quantity(q, results, errors.get(&q.name()));
-        let quantities = Quantity::of(results).iter().map(record).collect();
+        let quantities: Vec<QuantityRecord> = Quantity::of(results).iter().map(record).collect();
+        let mesh = quantities.iter().any(|q| q.error.is_none()).then(|| "mesh".to_owned());
         let record = AccuracyRecord {
             end,
             quantities,
             runs: self.runs.iter().map(|run| self.run_record(run)).collect(),
-            unmeasured: self.unmeasured.clone(),
+            unmeasured: mesh.into_iter().chain(self.unmeasured.iter().cloned()).collect(),
             cpu_s: self.runs.iter().map(|run| run.record.cpu_s).sum(),
             last_cpu_s: best.record.cpu_s,
         };
@@ -153,7 +154,7 @@ impl Runner<'_> {
             name: quantity.name(),
             unit: quantity.unit().into(),
             value: quantity.value(results).unwrap_or_default(),
-            error: parts.values().sum(),
+            error: mesh.map(|_| parts.values().sum()),
             allowed: quantity.allowed(&self.asked, results),
             parts,
             order: mesh.and_then(|mesh| mesh.order),

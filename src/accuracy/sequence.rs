@@ -14,6 +14,7 @@ use super::start::start;
 use crate::report::record::{FacePenetrationRecord, SequenceEnd};
 use crate::run::cost::estimate;
 use crate::run::resources::memory_limit_megabytes;
+use crate::scene::Plan;
 use crate::scene::accuracy::Accuracy;
 use crate::scene::preview::SheetCounts;
 use crate::scene::read::read_with;
@@ -23,9 +24,9 @@ use crate::scene::set_value::SetValue;
 const RUNS_MAX: usize = 16;
 /// Finer first meshes that are tried where the first does not converge.
 const STARTS_MAX: usize = 3;
-/// Multiple of the allowed errors up to which meshes are refined with the first choices: two more meshes then are fine
-/// enough. On a mesh that is far too coarse the effect of increments and layers on a jagged force is not that on a fine mesh;
-/// one that is finer costs as much as a locally refined one of twice its fineness.
+/// Multiple of the allowed errors up to which meshes are refined with the first choices: two more meshes with a ratio of 2
+/// and the order 1.3 then are fine enough. On a mesh that is far too coarse the effect of increments and layers on a jagged
+/// force is not that on a fine mesh; a finer uniform mesh costs more than two that are locally refined.
 const COARSE: f64 = 6.0;
 /// Fewest meshes with the first choices: layers have an effect of their own on a mesh of two elements over a radius,
 /// several times that on one of four.
@@ -59,14 +60,7 @@ pub fn run_to_accuracy(
     let plan = read_with(scene, set)?;
     let asked = accuracy.or(plan.scene.accuracy);
     let asked = asked.ok_or_else(|| AccuracyError::NoAccuracy { path: scene.into() })?;
-    let setup = {
-        let mut setup = plan.simulation_setup(scene)?;
-        setup.place().map_err(super::records::setup_error)?;
-        setup
-    };
-    let first = start(&plan, &setup);
-    let first = first.ok_or_else(|| AccuracyError::MeshFile { path: scene.into() })?;
-    drop(setup);
+    let first = first_model(&plan, scene)?;
     let mut runner = Runner {
         scene,
         set,
@@ -91,6 +85,13 @@ pub fn run_to_accuracy(
     Ok(runner.outcome(end))
 }
 
+/// The model of the first run.
+fn first_model(plan: &Plan, scene: &Path) -> Result<Model, AccuracyError> {
+    let mut setup = plan.simulation_setup(scene)?;
+    setup.place().map_err(records::setup_error)?;
+    start(plan, &setup).ok_or_else(|| AccuracyError::MeshFile { path: scene.into() })
+}
+
 impl Runner<'_> {
     /// The first run that converges; finer meshes are tried where it does not.
     fn first_run(&mut self, first: Model) -> Result<usize, AccuracyError> {
@@ -107,32 +108,36 @@ impl Runner<'_> {
         Err(records::not_converged(self.runs.last()))
     }
 
-    /// Refuses an accuracy of a quantity that the scene does not have.
+    /// Refuses an accuracy of a quantity that the scene does not have. One fraction for all is that of the quantities that
+    /// there are.
     fn check_quantities(&self, base: usize) -> Result<(), AccuracyError> {
-        let results = self.runs[base].results();
-        let refuse =
-            |key, found| Err(AccuracyError::NoQuantity { path: self.scene.into(), key, found });
-        let asked = &self.asked;
-        let explicit = self.plan.scene.accuracy.is_some();
-        if explicit
-            && (asked.springback.is_some() || asked.springback_mm.is_some())
-            && results.springback.is_none()
-        {
-            return refuse(
+        let (asked, results) = (&self.asked, self.runs[base].results());
+        if asked.force.is_some_and(|fraction| *asked == Accuracy::of_all(fraction)) {
+            return Ok(());
+        }
+        let missing = [
+            (
+                "force",
+                asked.force.is_some() && results.forces.is_empty(),
+                "no stage prescribes the travel of a tool, and forces are given; leave it out",
+            ),
+            (
                 "springback",
-                "no stage releases all tools; add one, or remove this key",
-            );
-        }
-        if explicit
-            && (asked.draw_in.is_some() || asked.draw_in_mm.is_some())
-            && results.border.is_empty()
-        {
-            return refuse(
+                asked.springback.or(asked.springback_mm).is_some() && results.springback.is_none(),
+                "no stage releases all tools; add one, or leave it out",
+            ),
+            (
                 "draw_in",
-                "the blank is not flat and normal to z, and has no draw-in; remove this key",
-            );
+                asked.draw_in.or(asked.draw_in_mm).is_some() && results.border.is_empty(),
+                "the blank is not flat and normal to z, and has no draw-in; leave it out",
+            ),
+        ];
+        match missing.into_iter().find(|(_, missing, _)| *missing) {
+            Some((key, _, found)) => {
+                Err(AccuracyError::NoQuantity { path: self.scene.into(), key, found })
+            }
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Refines the mesh until the errors are at most `multiple` times those that are allowed, on `fewest` meshes at least.
@@ -179,7 +184,7 @@ impl Runner<'_> {
                 continue;
             }
             by_options &= mesh.error < options && options > allowed;
-            let left = (allowed - options).max(AIM * options);
+            let left = if allowed > options { allowed - options } else { options };
             ratio = ratio.max(mesh.ratio_to(AIM * left));
         }
         if let Some(finer) = self.ratio_for_penetration(multiple) {

@@ -6,8 +6,8 @@ use crate::scene::Plan;
 use crate::scene::types::BlankShape;
 use crate::solver::SimulationSetup;
 
-/// Fewest elements along a direction of the blank, other than a strip's single one. Half as many do not show the shape of
-/// a border; twice as many cost a coarse first run of a large radius four times the time.
+/// Fewest elements along a direction of the blank, other than a strip's single one. Half as many leave four points on a side
+/// of the border; twice as many are four times the elements.
 const ELEMENTS_MIN: f64 = 6.0;
 
 /// The model of the first run: elements of the longest length with which they do not invert over the smallest radius that

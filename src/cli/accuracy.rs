@@ -10,10 +10,9 @@ use super::terminal::{err, out, put};
 use crate::accuracy::{AccuracyError, Limits, Model, Observer, run_to_accuracy};
 use crate::report::record::{AccuracyRecord, RunRecord};
 use crate::run::folder::row;
-use crate::run::lock::{self, Attempt};
 use crate::run::progress_line::{HEADER, json_line, line};
 use crate::run::report::write_from_files;
-use crate::run::{Progress, RunError};
+use crate::run::{Progress, RunError, RunOptions, lock_folder};
 use crate::scene::Plan;
 use crate::scene::accuracy::Accuracy;
 use crate::scene::set_value::SetValue;
@@ -124,14 +123,12 @@ impl From<AccuracyError> for Failure {
 /// Runs the sequence and returns the record of its best run, with the estimated errors.
 pub(super) fn run(request: &Request<'_>, plan: &Plan) -> Result<RunRecord, Failure> {
     let output = request.output;
-    std::fs::create_dir_all(output)
-        .map_err(|source| RunError::Folder { path: output.to_path_buf(), source })?;
-    let lock = match lock::take(&lock::file_in(output), request.limits.break_lock)? {
-        Attempt::Acquired(lock) => lock,
-        Attempt::HeldByOther(holder) => {
-            return Err(RunError::Busy { folder: output.to_path_buf(), holder }.into());
-        }
+    let options = RunOptions {
+        overwrite: request.limits.overwrite,
+        break_lock: request.limits.break_lock,
+        ..RunOptions::default()
     };
+    let lock = lock_folder(output, &options)?;
     let mut terminal = Terminal {
         request,
         bar: progress_bar(request.quiet || request.lines),
@@ -159,21 +156,19 @@ pub(super) fn print(record: &AccuracyRecord) {
         record.end.in_words().0
     );
     for q in &record.quantities {
-        let share = 100.0 * q.error / q.value.abs().max(f64::MIN_POSITIVE);
+        let error = q.error.map_or_else(
+            || "error not known".into(),
+            |e| format!("+- {e:.4} ({:.2} %)", 100.0 * e / q.value.abs().max(f64::MIN_POSITIVE)),
+        );
         let allowed = q.allowed.map_or_else(String::new, |a| format!(", {a:.4} allowed"));
         let parts: Vec<String> =
             q.parts.iter().map(|(name, part)| format!("{name} {part:.4}")).collect();
-        out!(
-            "  {:16} {:12.4} {} +- {:.4} ({share:.2} %){allowed}; {}",
-            q.name,
-            q.value,
-            q.unit,
-            q.error,
-            parts.join(", ")
-        );
+        out!("  {:16} {:12.4} {} {error}{allowed}; {}", q.name, q.value, q.unit, parts.join(", "));
     }
     for name in &record.unmeasured {
-        err!("note: the error of {name} is not known: the run with finer {name} did not converge");
+        err!(
+            "note: the error of {name} is not known: the run with finer {name} did not converge, or would have exceeded time or memory"
+        );
     }
 }
 

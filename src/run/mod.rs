@@ -175,7 +175,13 @@ fn failure_details(record: &RunRecord, simulation: &Simulation, begins: bool) ->
 /// Locks the folder against other runs until the lock is dropped.
 ///
 /// A restart in a missing folder needs no lock (and fails later). A folder with files of other programs is refused.
-fn lock_folder(output: &Path, options: &RunOptions<'_>) -> Result<Option<lock::Lock>, RunError> {
+///
+/// # Errors
+/// [`RunError::Foreign`], [`RunError::Folder`], [`RunError::Busy`], [`RunError::Write`].
+pub fn lock_folder(
+    output: &Path,
+    options: &RunOptions<'_>,
+) -> Result<Option<lock::Lock>, RunError> {
     if options.restart && !output.is_dir() {
         return Ok(None);
     }

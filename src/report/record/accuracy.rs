@@ -14,7 +14,8 @@ pub struct AccuracyRecord {
     pub end: SequenceEnd,
     /// The quantities with their estimated errors.
     pub quantities: Vec<QuantityRecord>,
-    /// Choices whose error could not be measured, since the run with the finer choice did not converge.
+    /// `mesh`, `layers`, `points` or `increments` whose error is not known: there was no time or memory for the finer run, or
+    /// it did not converge.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unmeasured: Vec<String>,
     /// The runs, in order.
@@ -53,8 +54,9 @@ pub struct QuantityRecord {
     pub unit: String,
     /// Largest force, minimum thickness, largest displacement of the border in plan, largest displacement in springback.
     pub value: f64,
-    /// Estimated error.
-    pub error: f64,
+    /// Estimated error; absent if that of the mesh is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
     /// Error allowed; absent if none was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allowed: Option<f64>,
@@ -92,7 +94,9 @@ impl AccuracyRecord {
     /// The doubt about errors that are larger than asked, or that are not known.
     #[must_use]
     pub fn doubt(&self) -> Option<Doubt> {
-        let over = |q: &QuantityRecord| q.allowed.map_or(0.0, |allowed| q.error / allowed);
+        let over = |q: &QuantityRecord| {
+            q.allowed.map_or(0.0, |allowed| q.error.map_or(f64::INFINITY, |error| error / allowed))
+        };
         let asked: Vec<&QuantityRecord> =
             self.quantities.iter().filter(|q| q.allowed.is_some()).collect();
         let missed = asked.iter().filter(|q| over(q) > 1.0).count();
@@ -105,17 +109,17 @@ impl AccuracyRecord {
             [] => String::new(),
             names => format!(" The error of {} is not known.", names.join(", ")),
         };
+        let error = worst.error.map_or("not known".into(), |e| format!("{e:.4} {}", worst.unit));
         Some(Doubt {
             code: DoubtCode::AccuracyNotReached,
             place: worst.name.clone(),
-            value: Some(worst.error),
+            value: worst.error,
             limit: worst.allowed,
             text: format!(
-                "The estimated error of {} is {:.4} {}, {:.4} allowed ({missed} of {} quantities are above what was asked): {why}. {remedy}{unknown}",
+                "The estimated error of {} is {error}, {:.4} {} allowed ({missed} of {} quantities are above what was asked): {why}. {remedy}{unknown}",
                 worst.name,
-                worst.error,
-                worst.unit,
                 worst.allowed.unwrap_or_default(),
+                worst.unit,
                 asked.len(),
             ),
         })
@@ -143,5 +147,41 @@ impl SequenceEnd {
             ),
             Self::Runs => ("the largest number of runs is done", "Ask for a larger error."),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(error: Option<f64>, unmeasured: &[&str]) -> AccuracyRecord {
+        let quantity = QuantityRecord {
+            name: "thickness".into(),
+            unit: "mm".into(),
+            error,
+            allowed: Some(0.01),
+            ..QuantityRecord::default()
+        };
+        AccuracyRecord {
+            quantities: vec![quantity],
+            unmeasured: unmeasured.iter().map(|name| (*name).into()).collect(),
+            ..AccuracyRecord::default()
+        }
+    }
+
+    #[test]
+    fn errors_that_are_too_large_or_not_known_are_doubts() {
+        assert_eq!(record(Some(0.009), &[]).doubt(), None);
+        let large = record(Some(0.02), &[]).doubt().unwrap();
+        assert_eq!((large.value, large.limit), (Some(0.02), Some(0.01)));
+        assert!(
+            record(None, &["mesh"])
+                .doubt()
+                .unwrap()
+                .text
+                .contains("is not known, 0.0100 mm allowed")
+        );
+        let unmeasured = record(Some(0.009), &["layers"]).doubt().unwrap();
+        assert!(unmeasured.text.contains("The error of layers is not known."));
     }
 }

@@ -30,7 +30,7 @@ pub(super) fn errors(page: &mut Page, record: &AccuracyRecord) {
     page.table(&head, &rows);
     for name in &record.unmeasured {
         page.text(&format!(
-            "The error of {name} is not known: the run with finer {name} did not converge."
+            "The error of {name} is not known: the run with finer {name} did not converge, or would have exceeded time or memory."
         ));
     }
     convergence(page, record);
@@ -48,7 +48,7 @@ fn quantity(q: &QuantityRecord) -> Vec<String> {
     vec![
         q.name.clone(),
         number(q.value),
-        number(q.error),
+        q.error.map_or_else(|| "not known".into(), number),
         q.allowed.map_or_else(|| "-".into(), number),
         part("mesh"),
         part("increments"),
@@ -103,7 +103,7 @@ mod tests {
             name: "thickness".into(),
             unit: "mm".into(),
             value: 0.75,
-            error: 0.0123,
+            error: Some(0.0123),
             allowed: Some(0.01),
             parts: BTreeMap::from([("mesh".into(), 0.0111), ("layers".into(), 0.0012)]),
             order: Some(1.5),

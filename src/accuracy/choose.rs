@@ -12,9 +12,9 @@ use crate::scene::read::read_with;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::sheet::refine::plan_elements;
 
-/// Part of the allowed error up to which increments, points and layers each stay as they are. With half of it more runs
-/// get two layers that do not need them; with twice of it two choices can use up what is allowed.
-const CHOICE_SHARE: f64 = 0.2;
+/// Part of the allowed error up to which increments, points and layers each stay as they are: all three then make half of it
+/// together. With half of it more runs get two layers that do not need them; with twice of it three use up what is allowed.
+const CHOICE_SHARE: f64 = 0.3;
 
 /// Elements of a refined mesh over those of the uniform one, above which it is not used: what it saves is then small beside
 /// the error of its longer elements. At half the value a strip that bends along a third of its length stays uniform.

@@ -122,10 +122,15 @@ impl Parts {
         self.0.get(&quantity.name()).cloned().unwrap_or_default()
     }
 
-    /// Their sum.
-    pub(super) fn sum(&self, quantity: &Quantity) -> f64 {
-        self.of(quantity).values().sum()
+    /// The error that they make together.
+    pub(super) fn together(&self, quantity: &Quantity) -> f64 {
+        together(self.of(quantity).into_values())
     }
+}
+
+/// Error of several sources: the root of the sum of the squares, as for errors of independent signs.
+pub(super) fn together(parts: impl Iterator<Item = f64>) -> f64 {
+    parts.map(|part| part * part).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::distance::Quantity;
 use super::error::AccuracyError;
 use super::estimate::MeshError;
 use super::model::Model;
-use super::options::largest_increments;
+use super::options::{largest_increments, together};
 use super::quantities::Results;
 use super::runner::{Done, Runner, Sequence};
 use crate::files::{Input, read, read_text};
@@ -154,7 +154,7 @@ impl Runner<'_> {
             name: quantity.name(),
             unit: quantity.unit().into(),
             value: quantity.value(results).unwrap_or_default(),
-            error: mesh.map(|_| parts.values().sum()),
+            error: mesh.map(|_| together(parts.values().copied())),
             allowed: quantity.allowed(&self.asked, results),
             parts,
             order: mesh.and_then(|mesh| mesh.order),

@@ -179,15 +179,21 @@ impl Runner<'_> {
         for quantity in Quantity::of(results) {
             let Some(allowed) = quantity.allowed(&self.asked, results) else { continue };
             let Some(mesh) = errors.get(&quantity.name()) else { continue };
-            let options = self.parts.sum(&quantity);
-            if mesh.error + options <= multiple * allowed {
+            let options = self.parts.together(&quantity);
+            if mesh.error.hypot(options) <= multiple * allowed {
                 continue;
             }
             by_options &= mesh.error < options && options > allowed;
-            let left = if allowed > options { allowed - options } else { options };
+            let left = if allowed > options {
+                (allowed * allowed - options * options).sqrt()
+            } else {
+                options
+            };
             ratio = ratio.max(mesh.ratio_to(AIM * left));
         }
-        if let Some(finer) = self.ratio_for_penetration(multiple) {
+        // Coarse meshes show where the sheet bends; those that are refined there must not let tools pass.
+        let finer = if self.keeps_steps { None } else { self.ratio_for_penetration() };
+        if let Some(finer) = finer {
             (ratio, by_options) = (ratio.max(finer), false);
         }
         match ratio {
@@ -199,17 +205,17 @@ impl Runner<'_> {
         }
     }
 
-    /// Ratio that brings the penetration of tools into element faces below `multiple` times what is allowed, in proportion to
-    /// the square of the element length. `None` where it is below, and where the last mesh has not reduced it: at a sharp
-    /// edge it stays, and remains a doubt.
-    fn ratio_for_penetration(&self, multiple: f64) -> Option<f64> {
+    /// Ratio that brings the penetration of tools into element faces below what is allowed, in proportion to the square of the
+    /// element length. `None` where it is below, and where the last mesh has not reduced it: at a sharp edge it stays, and
+    /// remains a doubt.
+    fn ratio_for_penetration(&self) -> Option<f64> {
         let depth = |k: usize| self.runs[k].record.face_penetration.as_ref().map(|p| p.depth_rel);
         let (&last, before) = self.meshes.split_last()?;
         let found = depth(last)?;
         let falls =
             before.last().is_none_or(|&k| depth(k).is_none_or(|before| found < SHARP * before));
         let over = found / FacePenetrationRecord::ALLOWED_REL;
-        (over > multiple && falls).then(|| (over / multiple).sqrt())
+        (over > 1.0 && falls).then(|| over.sqrt())
     }
 
     /// Errors of the last mesh by quantity; empty with one mesh.

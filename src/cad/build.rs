@@ -395,7 +395,6 @@ fn trims_of(loops: &[Vec<Side>], surface: &Surface, tolerance: f64) -> (Vec<Trim
 pub(super) fn is_point(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> bool {
     let [a, b] = pcurve.domain();
     let at = |k: u32| surface.point(pcurve.point(a + (b - a) * f64::from(k) / 16.0));
-    let first: Vec3 = at(0);
-    // Test the middle first: on limit sides it is the farthest point.
+    let first: Vec3 = at(0); // The middle is tested first: on limit sides it is the farthest point.
     std::iter::once(8).chain(1..=16).all(|k| (at(k) - first).norm() <= tolerance)
 }

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use kanagata::cad::{build, read_raw};
 use kanagata::convert::{ConvertError, ConvertOptions, convert};
 use kanagata::mesh::mapped::{MappedOptions, mesh};
+use kanagata::mesh::{MeshFeet, SurfaceMesh};
 use rayon::prelude::*;
 
 use self::dice::Dice;
@@ -167,8 +168,8 @@ fn what_multiplies_itself_is_bounded_and_told() {
     assert_eq!(told("arcs-with-the-same-ends.stp", "faces-overlap").faces.len(), 1024);
 }
 
-/// Vertices of these splines of noise lie off their surfaces: each search looks at all of one. The face is refused by name, on
-/// one thread and on several.
+/// Vertices of these splines of noise lie off their surfaces. The mesher here knows their parameters; to a mesh from a file
+/// each search looks at all of a surface, and the face is refused by name, on one thread and on several.
 #[test]
 fn a_face_whose_closest_points_cost_too_much_is_refused_by_name() {
     let name = "splines-of-noise-3.convert.stp";
@@ -177,9 +178,11 @@ fn a_face_whose_closest_points_cost_too_much_is_refused_by_name() {
     let (model, _) = build::build_with(raw, name, build::Creases::Cut);
     let options = MappedOptions { arc_divisions: 1, ..MappedOptions::default() };
     let mesh = mesh(&model, &options).unwrap();
+    convert(&model, &mesh, &ConvertOptions::default()).unwrap();
+    let foreign = SurfaceMesh { feet: MeshFeet::default(), ..mesh };
     let found = [1, 3].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| convert(&model, &mesh, &ConvertOptions::default()).unwrap_err())
+        pool.install(|| convert(&model, &foreign, &ConvertOptions::default()).unwrap_err())
     });
     assert!(matches!(found[0], ConvertError::Searches { .. }), "{}", found[0]);
     assert_eq!(found[0], found[1]);

@@ -1,5 +1,7 @@
 //! Which increments, points and layers a sequence needs.
 
+use std::collections::BTreeMap;
+
 use super::distance::Quantity;
 use super::error::AccuracyError;
 use super::model::Model;
@@ -7,7 +9,8 @@ use super::options::{Choice, Parts};
 use super::pattern::{LEVEL_MAX, Pattern};
 use super::quantities::Results;
 use super::runner::Runner;
-use crate::report::record::SequenceEnd;
+use super::sequence::RATIO_MIN;
+use crate::report::record::{FacePenetrationRecord, SequenceEnd};
 use crate::scene::read::read_with;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::sheet::refine::plan_elements;
@@ -20,6 +23,10 @@ const CHOICE_SHARE: f64 = 0.3;
 /// the error of its longer elements. At half the value a strip that bends along a third of its length stays uniform.
 const WORTH_SHARE: f64 = 0.6;
 
+/// Smallest part of the distance of two runs between which the choices have changed that is held to be that of their meshes.
+/// Choices that make the whole change leave this part: with half of it the mesh passes for twice as good.
+const MESH_SHARE_MIN: f64 = 0.5;
+
 impl Runner<'_> {
     /// Chooses increments, points and layers on the last mesh, and refines the mesh with them. `ended`: why the
     /// meshes with the first choices end.
@@ -28,47 +35,65 @@ impl Runner<'_> {
         ended: SequenceEnd,
     ) -> Result<SequenceEnd, AccuracyError> {
         let [_, .., at] = self.meshes[..] else { return Ok(ended) };
-        self.keeps_steps = false;
+        self.chosen = true;
         let (chosen, first_parts) = self.choose(at)?;
-        if chosen == self.runs[at].model {
-            if ended != SequenceEnd::Reached {
-                return Ok(ended);
-            }
-            if let Err(end) = self.next_ratio(1.0) {
-                return Ok(end);
-            }
+        let same = chosen == self.runs[at].model;
+        if same && ended != SequenceEnd::Reached {
+            return Ok(ended);
         }
-        let pattern = self.pattern(at)?;
-        if pattern.is_none() && chosen == self.runs[at].model {
-            return self.refine(1.0, 2);
-        }
-        self.coarse = self.mesh_errors();
-        // The short elements of a refined mesh are as long as those of the uniform one.
-        let base = if pattern.is_some() { 0.5_f64.powi(i32::from(LEVEL_MAX)) } else { 1.0 };
-        self.pattern = pattern;
-        let model = self.with_levels(Model { mesh: chosen.mesh.scaled(base), ..chosen })?;
-        let first = std::mem::take(&mut self.meshes);
+        let ratio = match self.next_ratio(1.0) {
+            Err(end) if same => return Ok(end),
+            // A finer mesh shows what the choices change.
+            Err(_) => RATIO_MIN,
+            Ok(ratio) => ratio,
+        };
+        let model = Model { mesh: chosen.mesh.scaled(ratio), ..chosen };
         let end = self.refine_from(model, at)?;
-        if self.meshes.len() < 2 {
-            // Nothing is known of the error of one mesh alone: the first choices are better judged.
-            (self.meshes, self.parts) = (first, first_parts);
+        if self.meshes.last() == Some(&at) {
+            self.parts = first_parts;
         }
         Ok(end)
     }
 
-    /// Runs a model, or takes its run, and refines its mesh. `at`: the run that it is compared with.
+    /// Runs the model of the choices on a mesh that is finer than that of run `at`, and refines it.
     fn refine_from(&mut self, model: Model, at: usize) -> Result<SequenceEnd, AccuracyError> {
-        let known = self.runs.iter().position(|run| run.model == model);
-        let index = match (known, self.exceeded(at, &model)?) {
-            (Some(known), _) => known,
-            (None, Some(end)) => return Ok(end),
-            (None, None) => self.run(model, "options", Some(at))?,
-        };
+        let model = self.with_levels(model)?;
+        if let Some(end) = self.exceeded(at, &model)? {
+            return Ok(end);
+        }
+        let index = self.run(model, "mesh", Some(at))?;
         if self.runs[index].results.is_none() {
             return Ok(SequenceEnd::NotConverged);
         }
+        self.chosen_after = Some(at);
         self.meshes.push(index);
         self.refine(1.0, 2)
+    }
+
+    /// The part of the mesh in the distance of two runs between which the choices have changed: what is left of it without
+    /// the changes by the choices, as errors of independent signs combine.
+    pub(super) fn without_choices(&self, quantity: &Quantity, distance: f64) -> f64 {
+        let changes = self.changes.get(&quantity.name()).copied().unwrap_or(0.0);
+        (distance * distance - changes).max((MESH_SHARE_MIN * distance).powi(2)).sqrt()
+    }
+
+    /// Sets the pattern of refinement by the first run, and runs its model with it: the short elements are as long as those
+    /// of the first run. `None` where the mesh stays uniform.
+    pub(super) fn refined_run(&mut self, base: usize) -> Result<Option<usize>, AccuracyError> {
+        self.keeps_steps = false;
+        self.pattern = self.pattern(base)?;
+        if self.pattern.is_none() {
+            return Ok(None);
+        }
+        let first = self.runs[base].model.clone();
+        let coarse = first.mesh.scaled(0.5_f64.powi(i32::from(LEVEL_MAX)));
+        let model = self.with_levels(Model { mesh: coarse, ..first })?;
+        let index = self.run(model, "pattern", Some(base))?;
+        if self.runs[index].results.is_none() {
+            self.pattern = None;
+            return Ok(None);
+        }
+        Ok(Some(index))
     }
 
     /// The pattern of refinement by a run; `None` where the refined mesh with equally short elements has not far fewer than the
@@ -76,7 +101,8 @@ impl Runner<'_> {
     fn pattern(&self, run: usize) -> Result<Option<Pattern>, AccuracyError> {
         let run = &self.runs[run];
         let mesh = self.mesh_of(&run.model)?;
-        let Some(pattern) = Pattern::of_run(&run.folder, &mesh) else { return Ok(None) };
+        let allowed = FacePenetrationRecord::ALLOWED_REL * mesh.mean_thickness();
+        let Some(pattern) = Pattern::of_run(&run.folder, &mesh, allowed) else { return Ok(None) };
         let coarse = run.model.mesh.scaled(0.5_f64.powi(i32::from(LEVEL_MAX)));
         let base = self.mesh_of(&Model { mesh: coarse, levels: None, ..run.model.clone() })?;
         let levels = pattern.levels(&base);
@@ -108,6 +134,14 @@ impl Runner<'_> {
         // Two layers have twice the points: layers are judged with the points that are needed.
         let points = self.refine_choice(Choice::Points, base, &first, &mut first_parts)?;
         let layers = self.refine_choice(Choice::Layers, points, &first, &mut first_parts)?;
+        self.changes = [finer, layers].into_iter().fold(BTreeMap::new(), |mut sums, chosen| {
+            let (before, after) = (self.runs[base].results(), self.runs[chosen].results());
+            for quantity in Quantity::of(before) {
+                let change = quantity.distance(before, after).unwrap_or(0.0);
+                *sums.entry(quantity.name()).or_insert(0.0) += change * change;
+            }
+            sums
+        });
         Ok((Model { increments, ..self.runs[layers].model.clone() }, first_parts))
     }
 

@@ -7,7 +7,7 @@ use crate::scene::types::{Blank, BlankShape, Scene};
 use crate::solver::element::ElementKind;
 
 /// Points through the thickness of a solid-shell in the first run, its default.
-const POINTS: u8 = 5;
+const POINTS: u8 = 6;
 
 /// Elements of a sheet in plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,12 +49,6 @@ impl PlanMesh {
         let (Self::Rectangle(n) | Self::QuarterDisc(n) | Self::Disc(n)) = self;
         n
     }
-
-    /// Ratio of the element lengths of `other` to those of this mesh: the larger of both directions.
-    pub(super) fn finer_than(self, other: Self) -> f64 {
-        let pairs = self.counts().into_iter().zip(other.counts());
-        pairs.map(|(a, b)| a as f64 / b.max(1) as f64).fold(0.0, f64::max)
-    }
 }
 
 impl fmt::Display for PlanMesh {
@@ -94,6 +88,17 @@ impl Model {
             element: blank.element,
             increments: None,
         })
+    }
+
+    /// Ratio of the lengths of the shortest elements of `other` to those of this model: the larger of both directions.
+    pub(super) fn finer_than(&self, other: &Self) -> f64 {
+        let shortest = |model: &Self| {
+            let levels = model.levels.as_ref().and_then(|levels| levels.bytes().max());
+            let splits = f64::from(1_u32 << levels.map_or(0, |digit| digit - b'0'));
+            model.mesh.counts().map(|n| n as f64 * splits)
+        };
+        let pairs = shortest(self).into_iter().zip(shortest(other));
+        pairs.map(|(a, b)| a / b.max(1.0)).fold(0.0, f64::max)
     }
 
     /// With the layers and points of a first run: solid-shells bend in one layer, hexahedra need those of the scene.

@@ -1,10 +1,12 @@
-//! Where the elements of a sheet are short: where a coarser run has bent them most, over its whole history.
+//! Where the elements of a sheet are short: where a coarser run has bent them most, or tools have penetrated their faces,
+//! over its whole history.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::geometry::{Vec2, Vec3};
 use crate::report::vtu_read;
+use crate::run::fields::FACE_PENETRATION;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::sheet::refine::plan_elements;
 
@@ -24,10 +26,12 @@ pub(super) struct Pattern {
 
 impl Pattern {
     /// The pattern of a run: an element that has turned by more than half of the largest angle has the highest level, one
-    /// of more than a quarter the level below. `None` where files of the steps are missing, or nothing bends.
-    pub(super) fn of_run(folder: &Path, mesh: &HexMesh) -> Option<Self> {
+    /// of more than a quarter the level below. The depth of tools in faces grows with the square of their length: an
+    /// element that is penetrated by more than a quarter of the largest depth has the highest level too, and so on.
+    /// `allowed`: depth that needs no refinement [mm]. `None` where files of the steps are missing, or nothing bends.
+    pub(super) fn of_run(folder: &Path, mesh: &HexMesh, allowed: f64) -> Option<Self> {
         let quads = plan_elements(mesh);
-        let mut turns = vec![0.0_f64; quads.len()];
+        let (mut turns, mut depths) = (vec![0.0_f64; quads.len()], vec![0.0_f64; quads.len()]);
         let files = std::fs::read_dir(folder.join("steps")).ok()?.flatten();
         let steps =
             files.map(|file| file.path()).filter(|p| p.extension().is_some_and(|e| e == "vtu"));
@@ -39,19 +43,23 @@ impl Pattern {
             for (turn, now) in turns.iter_mut().zip(angles(mesh, &quads, &grid.points)) {
                 *turn = turn.max(now);
             }
+            let found = grid.cell_data.iter().find(|array| array.name == FACE_PENETRATION);
+            if let Some(found) = found {
+                deepen(&mut depths, mesh, &quads, &found.values);
+            }
         }
-        let largest = turns.iter().copied().fold(0.0, f64::max);
-        let level = |turn: f64| {
-            (1..=LEVEL_MAX)
-                .rev()
-                .find(|l| turn > largest * 0.5_f64.powi(i32::from(LEVEL_MAX - l) + 1))
+        let turned = turns.iter().copied().fold(0.0, f64::max);
+        let deepest = depths.iter().copied().fold(allowed, f64::max);
+        let level = |largest: f64, base: f64, value: f64| {
+            let beyond = |l: &u8| value > largest * base.powi(i32::from(LEVEL_MAX - l) + 1);
+            (1..=LEVEL_MAX).rev().find(beyond)
         };
-        let leveled = quads
-            .iter()
-            .zip(&turns)
-            .filter_map(|(quad, turn)| Some((bounds(mesh, quad), level(*turn)?)));
+        let leveled = quads.iter().zip(turns.iter().zip(&depths)).filter_map(|(quad, at)| {
+            let level = level(turned, 0.5, *at.0).max(level(deepest, 0.25, *at.1));
+            Some((bounds(mesh, quad), level?))
+        });
         let pattern = Self { boxes: leveled.collect() };
-        (largest > 0.0).then_some(pattern)
+        (turned > 0.0).then_some(pattern)
     }
 
     /// Level of every element in plan of a mesh, as digits in their order.
@@ -63,6 +71,18 @@ impl Pattern {
             char::from(b'0' + levels.max().unwrap_or(0))
         };
         plan_elements(mesh).iter().map(of).collect()
+    }
+}
+
+/// Raises the depth of each element in plan to that of all elements above it.
+fn deepen(depths: &mut [f64], mesh: &HexMesh, quads: &[[u32; 4]], of_elements: &[f64]) {
+    let number: BTreeMap<&[u32; 4], usize> = quads.iter().zip(0..).collect();
+    let levels = mesh.nodes_per_column.max(1) as u32;
+    for (element, depth) in mesh.elements.iter().zip(of_elements) {
+        let columns = [element[0], element[1], element[2], element[3]].map(|node| node / levels);
+        if let Some(&k) = number.get(&columns) {
+            depths[k] = depths[k].max(*depth);
+        }
     }
 }
 
@@ -113,14 +133,12 @@ fn angles(mesh: &HexMesh, quads: &[[u32; 4]], positions: &[Vec3]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{DataArray, Vtu};
+    use crate::report::{CellKind, DataArray, Vtu};
     use crate::solver::sheet::hex_mesh::rectangle;
 
-    /// A strip of 16 elements that is bent by 60 degrees between elements 7 and 8 in one step, and by 20 degrees between
-    /// elements 3 and 4 in another.
-    #[test]
-    fn elements_that_have_bent_are_refined_whenever_they_did() {
-        let mesh = rectangle(16.0, 1.0, 0.5, 16, 1, 1);
+    /// The pattern of a strip of 16 elements that is bent by 60 degrees between elements 7 and 8 in one step, and by 20
+    /// degrees between elements 3 and 4 in another, in which a tool is `deep` in the face of element 14 [mm].
+    fn pattern(mesh: &HexMesh, deep: f64) -> Pattern {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("steps")).unwrap();
         for (name, at, degrees) in [("000001", 8.0, 60.0_f64), ("000002", 4.0, 20.0)] {
@@ -134,13 +152,32 @@ mod tests {
                 }
             };
             let mut grid = Vtu::new(mesh.nodes.iter().map(bent).collect());
-            grid.point_data.push(DataArray::scalar("a", vec![0.0; mesh.nodes.len()]));
+            let depth = |k: usize| if name == "000002" && k == 14 { deep } else { 0.0 };
+            let depths = (0..16).map(depth).collect();
+            for element in &mesh.elements {
+                grid.push_cell(CellKind::Hexahedron, element);
+            }
+            grid.cell_data.push(DataArray::scalar(FACE_PENETRATION, depths));
             grid.write(&folder.path().join(format!("steps/{name}.vtu"))).unwrap();
         }
-        let pattern = Pattern::of_run(folder.path(), &mesh).unwrap();
-        assert_eq!(pattern.levels(&mesh), "0001100220000000");
+        Pattern::of_run(folder.path(), mesh, 0.025).unwrap()
+    }
+
+    #[test]
+    fn elements_that_have_bent_are_refined_whenever_they_did() {
+        let mesh = rectangle(16.0, 1.0, 0.5, 16, 1, 1);
+        let bent = pattern(&mesh, 0.0);
+        assert_eq!(bent.levels(&mesh), "0001100220000000");
         // On a mesh of half the elements every pair with a refined element is refined.
-        assert_eq!(pattern.levels(&rectangle(16.0, 1.0, 0.5, 8, 1, 1)), "01122000");
-        assert_eq!(Pattern::of_run(folder.path(), &rectangle(1.0, 1.0, 0.5, 1, 1, 1)), None);
+        assert_eq!(bent.levels(&rectangle(16.0, 1.0, 0.5, 8, 1, 1)), "01122000");
+        assert_eq!(Pattern::of_run(Path::new("none"), &mesh, 0.025), None);
+    }
+
+    #[test]
+    fn elements_that_tools_penetrate_are_refined_by_the_depth() {
+        let mesh = rectangle(16.0, 1.0, 0.5, 16, 1, 1);
+        let last = |deep: f64| pattern(&mesh, deep).levels(&mesh)[12..].to_owned();
+        // Over what is allowed: as long as it is a sixteenth of it, a quarter, the largest.
+        assert_eq!([0.0015, 0.003, 0.007, 0.2].map(last), ["0000", "0010", "0020", "0020"]);
     }
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::estimate::MeshError;
 use super::model::Model;
 use super::options::Parts;
 use super::pattern::Pattern;
@@ -85,12 +84,16 @@ pub(super) struct Runner<'a> {
     pub(super) parts: Parts,
     /// Runs that differ in their meshes only, from coarse to fine.
     pub(super) meshes: Vec<usize>,
-    /// Errors of the finest mesh before the choices changed.
-    pub(super) coarse: BTreeMap<String, MeshError>,
+    /// The last of `meshes` with the first choices, once others are chosen.
+    pub(super) chosen_after: Option<usize>,
+    /// Sum of the squares of the changes that the choices make, by quantity.
+    pub(super) changes: BTreeMap<String, f64>,
     /// Where meshes are refined, once a coarser run has shown it.
     pub(super) pattern: Option<Pattern>,
-    /// Whether the runs write files of many steps, from which the pattern is made.
+    /// Whether the next run writes files of many steps, from which the pattern is made.
     pub(super) keeps_steps: bool,
+    /// Whether increments, points and layers are chosen.
+    pub(super) chosen: bool,
     /// Choices whose error could not be measured.
     pub(super) unmeasured: Vec<String>,
 }

@@ -38,8 +38,10 @@ const AIM: f64 = 0.8;
 const SHARP: f64 = 0.9;
 /// Smallest and largest ratio of successive element lengths. A smaller step tells little about the order, a larger one may
 /// overshoot what is needed by its square in time.
-const RATIO_MIN: f64 = 1.4;
+pub(super) const RATIO_MIN: f64 = 1.4;
 const RATIO_MAX: f64 = 2.0;
+/// The same where no error is known. With the largest one the choices are made on a mesh of twice the time.
+const RATIO_UNKNOWN: f64 = 1.5;
 /// Exponent of the time over the unknowns, until it is measured, and its bounds.
 const TIME_EXPONENT: f64 = 1.5;
 const TIME_EXPONENT_MIN: f64 = 1.0;
@@ -72,14 +74,17 @@ pub fn run_to_accuracy(
         runs: Vec::new(),
         parts: Parts::default(),
         meshes: Vec::new(),
-        coarse: BTreeMap::new(),
+        chosen_after: None,
+        changes: BTreeMap::new(),
         pattern: None,
         keeps_steps: true,
+        chosen: false,
         unmeasured: Vec::new(),
     };
     let base = runner.first_run(first)?;
     runner.check_quantities(base)?;
-    runner.meshes.push(base);
+    let refined = runner.refined_run(base)?;
+    runner.meshes.push(refined.unwrap_or(base));
     let ended = runner.refine(COARSE, MESHES_MIN)?;
     let end = runner.choose_and_refine(ended)?;
     Ok(runner.outcome(end))
@@ -150,7 +155,7 @@ impl Runner<'_> {
             let last = *self.meshes.last().expect("one at least");
             let ratio = match self.next_ratio(multiple) {
                 Ok(ratio) => ratio,
-                Err(SequenceEnd::Reached) if self.meshes.len() < fewest => RATIO_MAX,
+                Err(SequenceEnd::Reached) if self.meshes.len() < fewest => RATIO_UNKNOWN,
                 Err(end) => return Ok(end),
             };
             let model = self.runs[last].model.clone();
@@ -166,13 +171,12 @@ impl Runner<'_> {
         }
     }
 
-    /// Ratio of the element lengths of the last mesh to the next; the error: why there is none. After the choices have
-    /// changed, it is that of the last mesh before.
+    /// Ratio of the element lengths of the last mesh to the next; the error: why there is none.
     pub(super) fn next_ratio(&self, multiple: f64) -> Result<f64, SequenceEnd> {
         let results = self.runs[*self.meshes.last().expect("one at least")].results();
-        let errors = if self.meshes.len() < 2 { self.coarse.clone() } else { self.mesh_errors() };
+        let errors = self.mesh_errors();
         if errors.is_empty() {
-            return Ok(RATIO_MAX);
+            return Ok(RATIO_UNKNOWN);
         }
         let mut ratio = 0.0_f64;
         let mut by_options = true;
@@ -191,16 +195,14 @@ impl Runner<'_> {
             };
             ratio = ratio.max(mesh.ratio_to(AIM * left));
         }
-        // Coarse meshes show where the sheet bends; those that are refined there must not let tools pass.
-        let finer = if self.keeps_steps { None } else { self.ratio_for_penetration() };
+        // Coarse meshes show what choices change; those that follow must not let tools pass.
+        let finer = if self.chosen { self.ratio_for_penetration() } else { None };
         if let Some(finer) = finer {
             (ratio, by_options) = (ratio.max(finer), false);
         }
         match ratio {
-            // Nothing is known of the chosen model on this mesh alone.
-            0.0 if self.meshes.len() < 2 => Ok(RATIO_MIN),
             0.0 => Err(SequenceEnd::Reached),
-            _ if by_options && self.meshes.len() > 1 => Err(SequenceEnd::Options),
+            _ if by_options => Err(SequenceEnd::Options),
             ratio => Ok(ratio.clamp(RATIO_MIN, RATIO_MAX)),
         }
     }
@@ -221,13 +223,16 @@ impl Runner<'_> {
     /// Errors of the last mesh by quantity; empty with one mesh.
     pub(super) fn mesh_errors(&self) -> BTreeMap<String, MeshError> {
         let runs: Vec<&Done> = self.meshes.iter().map(|&k| &self.runs[k]).collect();
-        let ratio = |pair: &[&Done]| pair[1].model.mesh.finer_than(pair[0].model.mesh);
-        let ratios: Vec<f64> = runs.windows(2).map(ratio).collect();
+        let ratios: Vec<f64> =
+            runs.windows(2).map(|pair| pair[1].model.finer_than(&pair[0].model)).collect();
         let error = |quantity: Quantity| {
-            let distance = |pair: &[&Done]| quantity.distance(pair[0].results(), pair[1].results());
-            let distances: Option<Vec<f64>> = runs.windows(2).map(distance).collect();
-            let known = self.coarse.get(&quantity.name()).and_then(|error| error.order);
-            let error = MeshError::new(&distances?, &ratios, known)?;
+            let distance = |(k, pair): (usize, &[&Done])| {
+                let distance = quantity.distance(pair[0].results(), pair[1].results())?;
+                let chosen = self.chosen_after.is_some_and(|last| self.meshes[k] == last);
+                Some(if chosen { self.without_choices(&quantity, distance) } else { distance })
+            };
+            let distances: Option<Vec<f64>> = runs.windows(2).enumerate().map(distance).collect();
+            let error = MeshError::new(&distances?, &ratios)?;
             Some((quantity.name(), error))
         };
         let results = runs.last().map(|run| Quantity::of(run.results()));

@@ -12,7 +12,7 @@ const ELEMENTS_MIN: f64 = 6.0;
 
 /// The model of the first run: elements of the longest length with which they do not invert over the smallest radius that
 /// the sheet can touch, but not more than in the scene, in the scene's proportions; solid-shells in one layer of at most
-/// five points.
+/// six points.
 pub(super) fn start(plan: &Plan, setup: &SimulationSetup) -> Option<Model> {
     let model = Model::of(&plan.scene.blank)?.with_fewest();
     let wanted = longest_element(setup);

@@ -42,6 +42,9 @@ pub fn thickness(mesh: &HexMesh, displacements: &[f64]) -> Option<ThicknessRecor
     })
 }
 
+/// Array of the depth of tools in the faces of elements [mm].
+pub const FACE_PENETRATION: &str = "face_penetration_mm";
+
 /// The sheet after an increment.
 #[derive(Clone, Copy)]
 pub struct SheetState<'a> {
@@ -53,6 +56,8 @@ pub struct SheetState<'a> {
     pub contact_forces: &'a [f64],
     /// Nodes in contact; `None` if unknown.
     pub contacts: Option<&'a [NodeContact]>,
+    /// Depth of tools in the faces of each element [mm]; empty if unknown.
+    pub face_depths: &'a [f64],
 }
 
 /// The deformed sheet with the arrays of `docs/reference/vtu.md`. Points are current positions.
@@ -86,6 +91,9 @@ pub fn sheet(state: &SheetState<'_>, formed: &Formed) -> Vtu {
     grid.point_data = data;
     grid.cell_data = formed.cell_data();
     grid.cell_data.extend(tensor_fields::arrays(state.body, displacements));
+    if state.face_depths.len() == mesh.elements.len() {
+        grid.cell_data.push(DataArray::single(FACE_PENETRATION, state.face_depths.to_vec()));
+    }
     grid
 }
 

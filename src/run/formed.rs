@@ -114,8 +114,13 @@ mod tests {
     fn read_back(body: &Body, u: &[f64], name: &str) -> Option<Vec<f64>> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sheet.vtu");
-        let state =
-            fields::SheetState { body, displacements: u, contact_forces: &[], contacts: None };
+        let state = fields::SheetState {
+            body,
+            displacements: u,
+            contact_forces: &[],
+            contacts: None,
+            face_depths: &[],
+        };
         let grid: Vtu = fields::sheet(&state, &Formed::of(body, u));
         grid.write(&path).unwrap();
         let cells = vtu_read::read(&path).unwrap().cell_data;

@@ -213,7 +213,7 @@ fn check_blank(scene: &Scene) -> Result<(), Fault> {
     refine::check(&blank.refine)?;
     if let ElementKind::SolidShell { points, .. } = blank.element {
         let place = "blank.element.solid-shell.points".into();
-        need((3..=9).contains(&points), place, points.to_string(), "3 to 9")?;
+        need(ElementKind::POINTS.contains(&points), place, points.to_string(), "3 to 10")?;
     }
     rolling::check(blank)?;
     for (k, load) in scene.loads.iter().enumerate() {

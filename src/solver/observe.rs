@@ -1,7 +1,7 @@
 //! Reports of increments to the observer of a run.
 
 use crate::solver::contact::candidate::ContactSet;
-use crate::solver::contact::face_penetration::FacePenetration;
+use crate::solver::contact::face_penetration::FaceDepths;
 use crate::solver::error::SimulationError;
 use crate::solver::report::{
     Control, IncrementReport, NodeContact, REPORTED_DEPTH_REL, ToolReport,
@@ -36,7 +36,7 @@ impl Simulation {
         &'a self,
         (stage, share): (usize, f64),
         iterations: usize,
-        face_penetration: Option<FacePenetration>,
+        depths: &'a FaceDepths,
         (forces, node_contacts): (&'a [f64], &'a [NodeContact]),
     ) -> IncrementReport<'a> {
         let sys = &self.sys;
@@ -61,7 +61,8 @@ impl Simulation {
             rounding_work: self.rounding_work(),
             volume_balance: sys.body.volume_balance(&sys.u),
             over_edge: sys.over_edge(REPORTED_DEPTH_REL),
-            face_penetration,
+            face_penetration: depths.deepest,
+            face_depths: &depths.of_elements,
             contacts: sys.contact.active().count(),
             slipping: sys.conditions.iter().filter(|c| c.slipping).count(),
             timings: sys.timings,
@@ -83,11 +84,11 @@ impl Simulation {
         iterations: usize,
         observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
     ) -> Result<(), SimulationError> {
-        let face_penetration = self.sys.face_penetration();
+        let depths = self.sys.face_penetration();
         let forces = contact_forces(&self.sys);
         let contacts = node_contacts(&self.sys);
         let (at, contact) = ((stage, share), (&forces[..], &contacts[..]));
-        let report = self.increment_report(at, iterations, face_penetration, contact);
+        let report = self.increment_report(at, iterations, &depths, contact);
         match observer(&report) {
             Control::Continue => Ok(()),
             Control::Stop => Err(SimulationError::Stopped { increment: self.summary.increments }),

@@ -130,6 +130,8 @@ pub struct IncrementReport<'a> {
     pub over_edge: Option<OverEdge>,
     /// Deepest penetration of a tool into a face of the sheet, between its nodes.
     pub face_penetration: Option<FacePenetration>,
+    /// Largest depth of tools in the faces of each element, between its nodes [mm].
+    pub face_depths: &'a [f64],
     /// Nodes in contact.
     pub contacts: usize,
     /// Nodes in contact that slip.

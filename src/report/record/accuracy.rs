@@ -72,7 +72,7 @@ pub struct QuantityRecord {
 pub struct SequenceRunRecord {
     /// Folder, relative to that of the last run's results.
     pub folder: String,
-    /// What it is for: `mesh`, `layers`, `points`, `increments` or `options`.
+    /// What it is for: `mesh`, `pattern`, `layers`, `points` or `increments`.
     pub purpose: String,
     /// Elements in plan, layers, points and increments in words.
     pub model: String,

@@ -17,6 +17,7 @@ pub(super) const LAST: &str = "steps/last.vtu";
 pub(super) struct LastReport {
     pub(super) row: HistoryRow,
     pub(super) contacts: Vec<NodeContact>,
+    pub(super) face_depths: Vec<f64>,
 }
 
 /// The last file of a tool; without a name before the first is written.

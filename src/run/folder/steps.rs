@@ -100,6 +100,7 @@ impl RunFolder {
             displacements: report.displacements,
             contact_forces: report.contact_forces,
             contacts: Some(report.node_contacts),
+            face_depths: report.face_depths,
         };
         let sheet = format!("steps/{:06}.vtu", report.increment);
         let mut grid = fields::sheet(&state, formed);
@@ -155,7 +156,8 @@ impl RunFolder {
     /// Keeps what the last state needs from a report.
     pub(super) fn keep_report(&mut self, report: &IncrementReport<'_>) {
         let contacts = report.node_contacts.to_vec();
-        self.last_report = Some(LastReport { row: row(report), contacts });
+        let face_depths = report.face_depths.to_vec();
+        self.last_report = Some(LastReport { row: row(report), contacts, face_depths });
     }
 
     /// Writes the state of the simulation as `steps/last.vtu`; a field marks the node with the largest residual, if
@@ -176,6 +178,7 @@ impl RunFolder {
             displacements,
             contact_forces: &forces,
             contacts: reported.map(|last| &last.contacts[..]),
+            face_depths: reported.map_or(&[], |last| &last.face_depths[..]),
         };
         let mut grid: Vtu = fields::sheet(&state, &Formed::of(body, displacements));
         let strains = of_sheet(body.mesh(), displacements);

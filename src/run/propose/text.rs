@@ -92,8 +92,8 @@ impl Layout {
         };
         let _ = writeln!(out, "    \"shape\": {{ {shape} }},");
         let _ = writeln!(out, "    \"thickness_mm\": {},", number(self.thickness));
-        comment(out, 2, "_element", "7 points through the thickness, for bending and springback.");
-        out.push_str("    \"element\": { \"solid-shell\": { \"points\": 7 } }\n  },\n");
+        comment(out, 2, "_element", "One layer of solid-shells bends and springs back.");
+        out.push_str("    \"element\": \"solid-shell\"\n  },\n");
     }
 
     fn supports(&self, out: &mut String) {

@@ -39,7 +39,7 @@ pub enum BodyError {
         count: usize,
     },
     /// A solid-shell with too few or too many points through its thickness.
-    #[error("{found} points through the thickness, a solid-shell takes 3 to 9")]
+    #[error("{found} points through the thickness, a solid-shell takes 3 to 10")]
     BadPointCount {
         /// Number of points requested.
         found: u8,
@@ -154,7 +154,7 @@ impl Body {
             reference.check(&corners).map_err(|det| BodyError::BadElement { element, det })?;
         }
         if let ElementKind::SolidShell { points, .. } = kind
-            && !(3..=9).contains(&points)
+            && !ElementKind::POINTS.contains(&points)
         {
             return Err(BodyError::BadPointCount { found: points });
         }

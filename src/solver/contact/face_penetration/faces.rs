@@ -12,9 +12,10 @@ use crate::solver::tools::tool::SheetSide;
 const FACES: [[usize; 4]; 6] =
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 
-/// A face: its nodes, counter-clockwise seen from outside, and which of its sides are on the free border.
+/// A face: its element, its nodes, counter-clockwise seen from outside, and which of its sides are on the free border.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::solver) struct Face {
+    pub(in crate::solver) element: u32,
     nodes: [u32; 4],
     border: [bool; 4],
 }
@@ -29,12 +30,13 @@ impl Face {
 /// Outer faces of a mesh on one side of the sheet; all outer faces of a mesh without columns.
 pub(in crate::solver) fn faces_of(mesh: &HexMesh, side: SheetSide) -> Vec<Face> {
     let levels = mesh.nodes_per_column;
-    let mut all: Vec<[u32; 4]> =
-        mesh.elements.iter().flat_map(|e| FACES.map(|face| face.map(|k| e[k]))).collect();
+    let of_element = |(k, e): (usize, &[u32; 8])| FACES.map(|face| (k as u32, face.map(|k| e[k])));
+    let mut all: Vec<(u32, [u32; 4])> =
+        mesh.elements.iter().enumerate().flat_map(of_element).collect();
     if levels > 1 {
         let on = |level: usize| move |f: &[u32; 4]| f.iter().all(|n| *n as usize % levels == level);
         let (low, high) = (on(0), on(levels - 1));
-        all.retain(|face| match side {
+        all.retain(|(_, face)| match side {
             SheetSide::Top => high(face),
             SheetSide::Bottom => low(face),
             SheetSide::Both => low(face) || high(face),
@@ -46,12 +48,12 @@ pub(in crate::solver) fn faces_of(mesh: &HexMesh, side: SheetSide) -> Vec<Face> 
             nodes
         };
         let mut uses: HashMap<[u32; 4], usize> = HashMap::new();
-        all.iter().for_each(|face| *uses.entry(key(face)).or_default() += 1);
-        all.retain(|face| uses[&key(face)] == 1);
+        all.iter().for_each(|(_, face)| *uses.entry(key(face)).or_default() += 1);
+        all.retain(|(_, face)| uses[&key(face)] == 1);
     }
     let side_of = |a: u32, b: u32| [a.min(b), a.max(b)];
     let mut sides: HashMap<[u32; 2], usize> = HashMap::new();
-    for f in &all {
+    for (_, f) in &all {
         (0..4).for_each(|k| *sides.entry(side_of(f[k], f[(k + 1) % 4])).or_default() += 1);
     }
     // Sides of elements on both sides of a hanging node are not on the border.
@@ -61,7 +63,9 @@ pub(in crate::solver) fn faces_of(mesh: &HexMesh, side: SheetSide) -> Vec<Face> 
         }
     }
     let border = |f: &[u32; 4]| [0, 1, 2, 3].map(|k| sides[&side_of(f[k], f[(k + 1) % 4])] == 1);
-    all.iter().map(|f| Face { nodes: *f, border: border(f) }).collect()
+    all.iter()
+        .map(|(element, f)| Face { element: *element, nodes: *f, border: border(f) })
+        .collect()
 }
 
 /// Faces in the current configuration.
@@ -72,9 +76,10 @@ pub(in crate::solver) struct Faces<'a> {
     bounds: Aabb,
 }
 
-/// Closest point of the faces: squared distance [mm²], sum of the normals of the faces that share it, and whether it
-/// lies on the free border.
+/// Closest point of the faces: a face, squared distance [mm²], sum of the normals of the faces that share it, and
+/// whether it lies on the free border.
 struct Nearest {
+    face: usize,
     square: f64,
     foot: Vec3,
     normal: Vec3,
@@ -93,10 +98,16 @@ impl<'a> Faces<'a> {
         self.bounds
     }
 
-    /// Depth [mm] of a point of a tool with outward normal `normal` behind the closest face, up to `reach`. Zero in
-    /// front of the face, beside the sheet, and where both normals point in the same direction.
-    pub(in crate::solver) fn depth(&self, p: &Vec3, normal: &Vec3, reach: f64) -> f64 {
+    /// Depth [mm] of a point of a tool with outward normal `normal` behind the closest face, up to `reach`, and the element
+    /// of the face. `None` in front of the face, beside the sheet, and where both normals point in the same direction.
+    pub(in crate::solver) fn depth(
+        &self,
+        p: &Vec3,
+        normal: &Vec3,
+        reach: f64,
+    ) -> Option<(f64, u32)> {
         let mut best = Nearest {
+            face: 0,
             square: reach * reach,
             foot: Vec3::zeros(),
             normal: Vec3::zeros(),
@@ -106,12 +117,13 @@ impl<'a> Faces<'a> {
             self.update_closest(k as usize, p, &mut best);
             best.square * (1.0 + ROUNDING_REL)
         });
-        let Some(out) = best.normal.try_normalize(0.0) else { return 0.0 };
+        let out = best.normal.try_normalize(0.0)?;
         let offset = best.foot - p;
         let depth = offset.norm();
         // A point whose foot is on the free border lies beside the sheet, unless it is exactly behind the border.
         let behind = if best.border { 1.0 - ROUNDING_REL } else { 0.0 };
-        if normal.dot(&out) < 0.0 && offset.dot(&out) > behind * depth { depth } else { 0.0 }
+        let inside = normal.dot(&out) < 0.0 && offset.dot(&out) > behind * depth;
+        inside.then(|| (depth, self.faces[best.face].element))
     }
 
     /// Replaces the best point by that of face `k` if it is closer; adds the normal if both points coincide.
@@ -133,7 +145,7 @@ impl<'a> Faces<'a> {
             best.border &= border;
             best.square = best.square.min(square);
         } else if square < best.square {
-            *best = Nearest { square, foot, normal, border };
+            *best = Nearest { face: k, square, foot, normal, border };
         }
     }
 
@@ -243,7 +255,12 @@ mod tests {
         assert_eq!(all.len(), 12);
         assert_eq!(faces_of(&mesh, SheetSide::Both).len(), 24);
         let faces = Faces::new(&all, &mesh.nodes);
-        let depth = |x: f64, y: f64, z: f64| faces.depth(&Vec3::new(x, y, z), &-Vec3::z(), 2.0);
+        let found = |x: f64, y: f64, z: f64| faces.depth(&Vec3::new(x, y, z), &-Vec3::z(), 2.0);
+        let depth = |x: f64, y: f64, z: f64| found(x, y, z).map_or(0.0, |(depth, _)| depth);
+        // The second of four elements along x, the second along y, in the upper of two layers.
+        let element = &mesh.elements[found(3.1, 2.7, 0.7).unwrap().1 as usize];
+        let centre: Vec3 = element.iter().map(|node| mesh.nodes[*node as usize] / 8.0).sum();
+        assert!((centre - Vec3::new(3.0, 3.0, 0.75)).norm() < 1e-12, "{centre}");
         // Inside a face, on a common side and corner, at the border, beside it, in front, out of range.
         for (x, y, z, expected) in [
             (3.1, 2.7, 0.7, 0.3),
@@ -257,6 +274,6 @@ mod tests {
             assert!((depth(x, y, z) - expected).abs() < 1e-12, "{x} {y} {z}");
         }
         // Back of a tool.
-        assert_eq!(faces.depth(&Vec3::new(3.0, 3.0, 0.5), &Vec3::z(), 2.0), 0.0);
+        assert_eq!(faces.depth(&Vec3::new(3.0, 3.0, 0.5), &Vec3::z(), 2.0), None);
     }
 }

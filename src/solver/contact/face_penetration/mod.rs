@@ -30,6 +30,29 @@ pub struct FacePenetration {
     pub at: Vec3,
 }
 
+/// Penetration in one configuration.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FaceDepths {
+    /// The deepest of all; `None` if there is none.
+    pub deepest: Option<FacePenetration>,
+    /// Largest depth in the faces of each element [mm]; 0 where there is none.
+    pub of_elements: Vec<f64>,
+}
+
+impl FaceDepths {
+    /// Adds depths [mm], positions and elements for one tool. Of equal ones the first is the deepest, whatever the number of
+    /// threads.
+    pub(in crate::solver) fn add(&mut self, tool: usize, found: &[(f64, Vec3, u32)]) {
+        for &(depth, at, element) in found {
+            let known = &mut self.of_elements[element as usize];
+            *known = known.max(depth);
+            if depth > self.deepest.map_or(0.0, |deepest| deepest.depth) {
+                self.deepest = Some(FacePenetration { tool, depth, at });
+            }
+        }
+    }
+}
+
 /// Data that do not change during a run: element faces on either side of the sheet, features of every tool.
 pub(in crate::solver) struct Penetration {
     sides: Vec<(SheetSide, Vec<Face>)>,

@@ -37,7 +37,7 @@ fn found(
     let mut sys = System::new(body(mesh, steel()), constraints, tools).unwrap();
     sys.roles = vec![Role::Travel];
     sys.u = moved;
-    sys.face_penetration()
+    sys.face_penetration().deepest
 }
 
 fn flat(x: &Vec3) -> Vec3 {

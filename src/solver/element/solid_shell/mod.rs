@@ -31,6 +31,7 @@ mod stretch;
 
 use self::column::Column;
 use self::in_plane::InPlane;
+pub(super) use self::points::state::COLUMN_POINTS_MAX;
 use self::stretch::Axes;
 use super::modes::{ModeResidual, ModeSums};
 use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want};

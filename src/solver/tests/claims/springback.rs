@@ -127,9 +127,23 @@ fn a_sharp_bend_has_the_moment_of_its_fibres() {
     }
 }
 
+/// One layer of solid-shells with the default of six points, and with eight and ten, over R/t 6 to 100.
+#[test]
+fn six_points_have_the_moment_of_the_fibres() {
+    for points in [6, 8, 10] {
+        let off = [41.0, 44.0, 50.0, 59.0, 68.0, 74.0].map(|force| {
+            let [moment, bent, _] = bend((shell(points), 1), (2.0, 4), force);
+            let off = moment / moment_of_fibres(bent) - 1.0;
+            println!("{points} points: R/t {:.1}, {off:+.4} of its fibres'", 1.0 / bent);
+            off.abs()
+        });
+        assert!(off.iter().all(|off| *off < 0.015), "{points}: {off:?}");
+    }
+}
+
 #[test]
 fn a_bend_springs_back_by_its_moment_over_its_stiffness() {
-    for (kind, layers) in [(shell(5), 1), (shell(9), 1), (ElementKind::Hex8Enhanced, 4)] {
+    for (kind, layers) in [(shell(5), 1), (shell(6), 1), (shell(9), 1), (ElementKind::Hex8Enhanced, 4)] {
         let [moment, bent, left] = bend((kind, layers), (10.0, 20), 44.0);
         let exact = 12.0 * moment * (1.0 - POISSON * POISSON) / YOUNG;
         let error = (bent - left) / exact - 1.0;

@@ -7,10 +7,11 @@ use crate::solver::element::solid_shell::pairs::SHAPES;
 use crate::solver::numbers::algebra::splat;
 use crate::solver::numbers::lanes::{Lane, POINTS};
 
-/// Number of columns of an element and maximum number of points of a column.
+/// Number of columns of an element.
 pub(in crate::solver::element::solid_shell) const COLUMNS: usize = 4;
 
-pub(in crate::solver::element::solid_shell) const COLUMN_POINTS_MAX: usize = 9;
+/// Maximum number of points of a column.
+pub(in crate::solver::element) const COLUMN_POINTS_MAX: usize = 10;
 
 /// Array length: the points of an element and padding lanes beyond the last.
 pub(in crate::solver::element::solid_shell) const POINT_CAPACITY: usize =

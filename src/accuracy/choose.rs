@@ -189,6 +189,45 @@ impl Runner<'_> {
         Ok(coarse)
     }
 
+    /// Measures the largest part of the quantities that are not accurate enough again, by a coarser choice on the mesh of
+    /// run `last`: on a coarse mesh each choice shifts the roughness of forces, and its part is too large. False where there
+    /// is nothing to measure.
+    pub(super) fn measure_again(&mut self, last: usize) -> Result<bool, AccuracyError> {
+        let Some(choice) = self.largest_part(last) else { return Ok(false) };
+        self.measured_again.push((choice, last));
+        let first = self.chosen_after.map(|k| self.runs[k].largest_increments.clone());
+        let first = first.unwrap_or_default();
+        let fine = self.runs[last].model.clone();
+        let Some(coarser) = choice.coarsened(&fine, &first) else { return Ok(true) };
+        if self.exceeded(last, &coarser)?.is_some() {
+            return Ok(true);
+        }
+        let coarse = self.run(coarser.clone(), choice.name(), Some(last))?;
+        if self.runs[coarse].results.is_some() {
+            let [_, after] = choice.errors_over_change(&coarser, &fine, &first);
+            let runs = (self.runs[coarse].results().clone(), self.runs[last].results().clone());
+            self.parts.set(choice, after, (&runs.0, &runs.1));
+        }
+        Ok(true)
+    }
+
+    /// The choice with the largest part, over what is allowed, that has not been measured on the mesh of run `last`.
+    fn largest_part(&self, last: usize) -> Option<Choice> {
+        let results = self.runs[last].results();
+        let all = [Choice::Increments, Choice::Points, Choice::Layers];
+        let open = all.into_iter().filter(|c| !self.measured_again.contains(&(*c, last)));
+        let share = |choice: &Choice| {
+            let of = |quantity: &Quantity| {
+                let allowed = quantity.allowed(&self.asked, results)?;
+                let part = self.parts.of(quantity).get(choice.name()).copied()?;
+                (self.parts.together(quantity) > allowed).then(|| part / allowed)
+            };
+            Quantity::of(results).iter().filter_map(of).fold(0.0, f64::max)
+        };
+        let shares = open.map(|choice| (share(&choice), choice)).filter(|(share, _)| *share > 0.0);
+        shares.reduce(|a, b| if b.0 > a.0 { b } else { a }).map(|(_, choice)| choice)
+    }
+
     /// Whether the part of a choice is a small share of all errors that are allowed.
     fn is_small(&self, choice: Choice, results: &Results) -> bool {
         Quantity::of(results).iter().all(|quantity| {

@@ -7,7 +7,7 @@ use crate::scene::types::{Blank, BlankShape, Scene};
 use crate::solver::element::ElementKind;
 
 /// Points through the thickness of a solid-shell in the first run, its default.
-const POINTS: u8 = 6;
+pub(super) const POINTS: u8 = 6;
 
 /// Elements of a sheet in plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -216,7 +216,20 @@ mod tests {
         assert_eq!(scaled([9, 3], 0.1), [2, 2]);
         assert_eq!(scaled([1, 1], 1.4), [2, 2]);
         assert_eq!(PlanMesh::Disc([1, 2]).scaled(2.0).counts(), [2, 4]);
-        assert_eq!(PlanMesh::Rectangle([30, 20]).finer_than(PlanMesh::Rectangle([10, 10])), 3.0);
+    }
+
+    #[test]
+    fn refined_models_are_as_fine_as_their_shortest_elements() {
+        let of = |n, levels: Option<&str>| Model {
+            mesh: PlanMesh::Rectangle(n),
+            levels: levels.map(str::to_owned),
+            layers: 1,
+            element: ElementKind::default(),
+            increments: None,
+        };
+        assert_eq!(of([30, 20], None).finer_than(&of([10, 10], None)), 3.0);
+        assert_eq!(of([2, 2], Some("0120")).finer_than(&of([4, 4], None)), 2.0);
+        assert_eq!(of([6, 6], None).finer_than(&of([2, 2], Some("0120"))), 0.75);
     }
 
     #[test]

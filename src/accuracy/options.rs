@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::distance::Quantity;
-use super::model::Model;
+use super::model::{Model, POINTS};
 use super::quantities::Results;
 use crate::report::record::HistoryRow;
 
@@ -53,6 +53,22 @@ impl Choice {
             Self::Layers => {
                 let next = 2 * model.layers;
                 (next <= LAYERS_MAX).then(|| Model { layers: next, ..model.clone() })
+            }
+        }
+    }
+
+    /// The model with this choice one step coarser; `None` for the first one.
+    pub(super) fn coarsened(self, model: &Model, first: &[f64]) -> Option<Model> {
+        match self {
+            Self::Increments => {
+                let now = model.increments.as_ref()?;
+                let before: Vec<f64> = now.iter().map(|x| 2.0 * x).collect();
+                let increments = before.iter().zip(first).any(|(a, b)| a < b).then_some(before);
+                Some(Model { increments, ..model.clone() })
+            }
+            Self::Points => (model.points()? == POINTS_MAX).then(|| model.with_points(POINTS)),
+            Self::Layers => {
+                (model.layers > 1).then(|| Model { layers: model.layers / 2, ..model.clone() })
             }
         }
     }
@@ -155,10 +171,16 @@ mod tests {
         assert_eq!(finer.increments, Some(vec![0.05, 0.25]));
         let finest = Choice::Increments.refined(&finer, &first).unwrap();
         assert_eq!(Choice::Increments.refined(&finest, &first), None);
+        assert_eq!(Choice::Increments.coarsened(&finest, &first), Some(finer.clone()));
+        assert_eq!(Choice::Increments.coarsened(&finer, &first), Some(model()));
+        assert_eq!(Choice::Increments.coarsened(&model(), &first), None);
         assert_eq!(Choice::Increments.errors_over_change(&model(), &finer, &first), [2.0, 1.0]);
         let most = Choice::Points.refined(&model(), &first).unwrap();
         assert_eq!((most.points(), Choice::Points.refined(&most, &first)), (Some(10), None));
+        assert_eq!(Choice::Points.coarsened(&most, &first), Some(model().with_points(POINTS)));
         let two = Choice::Layers.refined(&model(), &first).unwrap();
+        assert_eq!(Choice::Layers.coarsened(&two, &first), Some(model()));
+        assert_eq!(Choice::Layers.coarsened(&model(), &first), None);
         let errors = Choice::Layers.errors_over_change(&model(), &two, &first);
         assert!((errors[0] - 4.0 / 3.0).abs() < 1e-12 && (errors[1] - 1.0 / 3.0).abs() < 1e-12);
         let hexahedra = Model { element: ElementKind::Hex8, ..model() };

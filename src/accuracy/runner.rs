@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::model::Model;
-use super::options::Parts;
+use super::options::{Choice, Parts};
 use super::pattern::Pattern;
 use super::quantities::Results;
 use crate::cancel::Cancel;
@@ -92,6 +92,8 @@ pub(super) struct Runner<'a> {
     pub(super) pattern: Option<Pattern>,
     /// Whether the next run writes files of many steps, from which the pattern is made.
     pub(super) keeps_steps: bool,
+    /// Choices whose parts were measured again, with the run on whose mesh.
+    pub(super) measured_again: Vec<(Choice, usize)>,
     /// Whether increments, points and layers are chosen.
     pub(super) chosen: bool,
     /// Choices whose error could not be measured.

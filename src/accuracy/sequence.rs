@@ -9,7 +9,7 @@ use super::estimate::MeshError;
 use super::model::Model;
 use super::options::Parts;
 use super::records;
-use super::runner::{Done, Limits, Observer, Runner, Sequence};
+use super::runner::{Limits, Observer, Runner, Sequence};
 use super::start::start;
 use crate::report::record::{FacePenetrationRecord, SequenceEnd};
 use crate::run::cost::estimate;
@@ -36,8 +36,8 @@ const AIM: f64 = 0.8;
 /// Penetration over that of the mesh before, above which a tool counts as sharp. On a radius meshes that are finer by 1.4
 /// halve it.
 const SHARP: f64 = 0.9;
-/// Smallest and largest ratio of successive element lengths. A smaller step tells little about the order, a larger one may
-/// overshoot what is needed by its square in time.
+/// Smallest and largest ratio of successive element lengths. A smaller step is little better than the mesh before, a larger
+/// one may overshoot what is needed by its square in time.
 pub(super) const RATIO_MIN: f64 = 1.4;
 const RATIO_MAX: f64 = 2.0;
 /// The same where no error is known. With the largest one the choices are made on a mesh of twice the time.
@@ -78,6 +78,7 @@ pub fn run_to_accuracy(
         changes: BTreeMap::new(),
         pattern: None,
         keeps_steps: true,
+        measured_again: Vec::new(),
         chosen: false,
         unmeasured: Vec::new(),
     };
@@ -156,6 +157,7 @@ impl Runner<'_> {
             let ratio = match self.next_ratio(multiple) {
                 Ok(ratio) => ratio,
                 Err(SequenceEnd::Reached) if self.meshes.len() < fewest => RATIO_UNKNOWN,
+                Err(SequenceEnd::Options) if self.measure_again(last)? => continue,
                 Err(end) => return Ok(end),
             };
             let model = self.runs[last].model.clone();
@@ -222,21 +224,21 @@ impl Runner<'_> {
 
     /// Errors of the last mesh by quantity; empty with one mesh.
     pub(super) fn mesh_errors(&self) -> BTreeMap<String, MeshError> {
-        let runs: Vec<&Done> = self.meshes.iter().map(|&k| &self.runs[k]).collect();
-        let ratios: Vec<f64> =
-            runs.windows(2).map(|pair| pair[1].model.finer_than(&pair[0].model)).collect();
+        let Some((&last, coarser)) = self.meshes.split_last() else { return BTreeMap::new() };
+        let finest = &self.runs[last];
+        let ratio = |&k: &usize| finest.model.finer_than(&self.runs[k].model);
+        let ratios: Vec<f64> = coarser.iter().map(ratio).collect();
         let error = |quantity: Quantity| {
-            let distance = |(k, pair): (usize, &[&Done])| {
-                let distance = quantity.distance(pair[0].results(), pair[1].results())?;
-                let chosen = self.chosen_after.is_some_and(|last| self.meshes[k] == last);
+            let distance = |&k: &usize| {
+                let distance = quantity.distance(self.runs[k].results(), finest.results())?;
+                let chosen = self.chosen_after.is_some_and(|last| k <= last);
                 Some(if chosen { self.without_choices(&quantity, distance) } else { distance })
             };
-            let distances: Option<Vec<f64>> = runs.windows(2).enumerate().map(distance).collect();
+            let distances: Option<Vec<f64>> = coarser.iter().map(distance).collect();
             let error = MeshError::new(&distances?, &ratios)?;
             Some((quantity.name(), error))
         };
-        let results = runs.last().map(|run| Quantity::of(run.results()));
-        results.into_iter().flatten().filter_map(error).collect()
+        Quantity::of(finest.results()).into_iter().filter_map(error).collect()
     }
 
     /// Why the next run would exceed a limit.

@@ -98,6 +98,7 @@ mod tests {
             volume_balance: None,
             over_edge: None,
             face_penetration: None,
+            face_depths: &[],
             contacts: 0,
             slipping: 0,
             timings: Timings::default(),

@@ -143,7 +143,9 @@ fn six_points_have_the_moment_of_the_fibres() {
 
 #[test]
 fn a_bend_springs_back_by_its_moment_over_its_stiffness() {
-    for (kind, layers) in [(shell(5), 1), (shell(6), 1), (shell(9), 1), (ElementKind::Hex8Enhanced, 4)] {
+    for (kind, layers) in
+        [(shell(5), 1), (shell(6), 1), (shell(9), 1), (ElementKind::Hex8Enhanced, 4)]
+    {
         let [moment, bent, left] = bend((kind, layers), (10.0, 20), 44.0);
         let exact = 12.0 * moment * (1.0 - POISSON * POISSON) / YOUNG;
         let error = (bent - left) / exact - 1.0;

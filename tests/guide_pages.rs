@@ -1,0 +1,106 @@
+//! The commands of pages of the guide, run in their order by a shell, with coarser sheets where a page takes minutes.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+/// Shell scripts of a page: fenced blocks of `bash`, and indented commands with their continued lines.
+fn scripts(page: &str) -> Vec<String> {
+    let (mut out, mut fenced, mut open) = (Vec::<String>::new(), None::<bool>, false);
+    for line in page.lines() {
+        if let Some(language) = line.strip_prefix("```") {
+            fenced = if fenced.is_some() { None } else { Some(language == "bash") };
+            if fenced == Some(true) {
+                out.push(String::new());
+            }
+            open = false;
+            continue;
+        }
+        let command = match fenced {
+            Some(true) => line,
+            Some(false) => continue,
+            None => match line.strip_prefix("    ") {
+                Some(code) if open || code.starts_with("kanagata") || code.starts_with("mkdir") => {
+                    if !open {
+                        out.push(String::new());
+                    }
+                    open = code.ends_with('\\');
+                    code
+                }
+                _ => continue,
+            },
+        };
+        if let Some(last) = out.last_mut() {
+            last.push_str(command);
+            last.push('\n');
+        }
+    }
+    out
+}
+
+/// Runs scripts in `folder`. The programs may end with a doubt (1), and with nothing worse.
+fn run(folder: &Path, scripts: &[String]) {
+    let programs = Path::new(env!("CARGO_BIN_EXE_kanagata")).parent().unwrap();
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures");
+    let _ = std::os::unix::fs::symlink(fixtures, folder.join("fixtures"));
+    for script in scripts {
+        let guarded = format!(
+            "set -eu\nguard() {{ local code=0; \"$@\" || code=$?; [ $code -le 1 ] || exit $code; }}\n\
+             kanagata() {{ guard '{0}/kanagata' \"$@\"; }}\n\
+             kanagata-solve() {{ guard '{0}/kanagata-solve' \"$@\"; }}\n{script}",
+            programs.display()
+        );
+        let done =
+            Command::new("bash").arg("-c").arg(guarded).current_dir(folder).output().unwrap();
+        let told = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.success(), "{script}\n{}{told}", String::from_utf8_lossy(&done.stdout));
+    }
+}
+
+fn page(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide").join(name);
+    std::fs::read_to_string(path).unwrap()
+}
+
+fn record(path: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(path.join("run.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn getting_started_and_its_study_are_run_as_they_are_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let started = scripts(&page("getting-started.md"));
+    assert!(started.len() >= 8, "{started:#?}");
+    run(folder.path(), &started);
+    let study: Vec<String> = scripts(&page("studies.md"))
+        .into_iter()
+        .filter(|script| script.contains("points.study.json"))
+        .map(|script| script.replace("\"core\": 12, \"rings\": 28", "\"core\": 6, \"rings\": 14"))
+        .collect();
+    assert_eq!(study.len(), 1);
+    run(folder.path(), &study);
+    for file in ["run/report.html", "study/study.html"] {
+        assert!(folder.path().join("out/dome").join(file).exists(), "{file}");
+    }
+}
+
+/// Die, binder and punch of one STEP file, and then a punch that is made from the die: the part is the same.
+#[test]
+fn a_die_set_is_run_with_its_punch_and_with_one_made_from_the_die() {
+    let folder = tempfile::tempdir().unwrap();
+    let coarse =
+        |script: String| script.replace("\"elements\": [80, 80]", "\"elements\": [20, 20]");
+    let all: Vec<String> = scripts(&page("die-set.md")).into_iter().map(coarse).collect();
+    let [.., offset] = &all[..] else { panic!("{all:?}") };
+    assert!(offset.contains("--offset") && all.len() >= 5, "{all:#?}");
+    run(folder.path(), &all);
+    let again = "kanagata-solve run out/die-set/cup.scene.json -o out/die-set/again".to_owned();
+    run(folder.path(), &[again]);
+    let [own, made] =
+        ["run", "again"].map(|name| record(&folder.path().join("out/die-set").join(name)));
+    let thinnest = |record: &Value| record["thickness"]["minimum_mm"].as_f64().unwrap();
+    let off = (thinnest(&own) - thinnest(&made)).abs();
+    assert!(off < 0.01, "{} with its punch, {} with the offset", thinnest(&own), thinnest(&made));
+    assert!(thinnest(&own) < 0.79, "{}", thinnest(&own));
+}

@@ -225,8 +225,8 @@ class ElementKindSolidShellSolidShell(TypedDict):
     # coarse mesh is too stiff (a fifth in the force of a deep corner), and the rim of an expanded hole thins
     # too much (0.63 instead of 0.75 with 18 elements a quarter).
     membrane: NotRequired[bool]
-    # Points through the thickness, 3 to 9: at two the square of the height, in which the thickness strain
-    # varies, is one number.
+    # Points through the thickness, 3 to 10. Even numbers are in two halves of the thickness with equal
+    # weights, within 1 % of the bending moment; odd ones are Gauss-Legendre points, 2 to 10 % low.
     points: NotRequired[int]
 
 

@@ -9,15 +9,11 @@ use super::options::{Choice, Parts};
 use super::pattern::{LEVEL_MAX, Pattern};
 use super::quantities::Results;
 use super::runner::Runner;
-use super::sequence::RATIO_MIN;
-use crate::report::record::{FacePenetrationRecord, SequenceEnd};
+use super::sequence::{PENETRATION_MAX_REL, RATIO_MIN};
+use crate::report::record::SequenceEnd;
 use crate::scene::read::read_with;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::sheet::refine::plan_elements;
-
-/// Part of the allowed error up to which increments, points and layers each stay as they are: all three then make half of it
-/// together. With half of it more runs get two layers that do not need them; with twice of it three use up what is allowed.
-const CHOICE_SHARE: f64 = 0.3;
 
 /// Elements of a refined mesh over those of the uniform one, above which it is not used: what it saves is then small beside
 /// the error of its longer elements. At half the value a strip that bends along a third of its length stays uniform.
@@ -101,7 +97,7 @@ impl Runner<'_> {
     fn pattern(&self, run: usize) -> Result<Option<Pattern>, AccuracyError> {
         let run = &self.runs[run];
         let mesh = self.mesh_of(&run.model)?;
-        let allowed = FacePenetrationRecord::ALLOWED_REL * mesh.mean_thickness();
+        let allowed = PENETRATION_MAX_REL * mesh.mean_thickness();
         let Some(pattern) = Pattern::of_run(&run.folder, &mesh, allowed) else { return Ok(None) };
         let coarse = run.model.mesh.scaled(0.5_f64.powi(i32::from(LEVEL_MAX)));
         let base = self.mesh_of(&Model { mesh: coarse, levels: None, ..run.model.clone() })?;
@@ -233,7 +229,7 @@ impl Runner<'_> {
         Quantity::of(results).iter().all(|quantity| {
             let part = self.parts.of(quantity).get(choice.name()).copied().unwrap_or(0.0);
             let allowed = quantity.allowed(&self.asked, results);
-            allowed.is_none_or(|allowed| part <= CHOICE_SHARE * allowed)
+            allowed.is_none_or(|allowed| part <= choice.share() * allowed)
         })
     }
 }

@@ -25,7 +25,19 @@ const LAYERS_MAX: usize = 4;
 /// Shortest increments that are tried, over those of the first run. Each further half doubles the time.
 const INCREMENTS_MIN: f64 = 0.25;
 
+/// Part of the allowed error up to which increments and points stay as they are. With half of it runs get shorter increments
+/// that do not need them.
+const CHOICE_SHARE: f64 = 0.3;
+/// The same for layers: each doubling more than doubles the time of all further runs, where a mesh that is finer by 1.2 takes
+/// half as much more. All three together then make 0.8 of what is allowed.
+const LAYERS_SHARE: f64 = 0.7;
+
 impl Choice {
+    /// Part of the allowed error up to which this choice is not refined.
+    pub(super) fn share(self) -> f64 {
+        if self == Self::Layers { LAYERS_SHARE } else { CHOICE_SHARE }
+    }
+
     /// Name in records.
     pub(super) fn name(self) -> &'static str {
         match self {

@@ -5,8 +5,10 @@ use std::path::Path;
 
 use super::error::AccuracyError;
 use super::runner::Sequence;
+use super::sequence::PENETRATION_MAX_REL;
 use crate::files::{Input, WriteError, remove_where, write_atomic};
-use crate::report::record::{RunRecord, Verdict};
+use crate::report::doubt::DoubtCode;
+use crate::report::record::{RunRecord, SequenceEnd, Verdict};
 
 /// Folder of the runs of a sequence, in the folder of its results.
 pub const RUNS: &str = "accuracy";
@@ -43,9 +45,15 @@ impl Sequence {
             }
         }
         record.accuracy = Some(self.record.clone());
+        // The estimated errors contain what tools in faces of elements change: the less, the finer the mesh.
+        let depth = record.face_penetration.as_ref().map_or(0.0, |found| found.depth_rel);
+        if self.record.end == SequenceEnd::Reached && depth <= PENETRATION_MAX_REL {
+            record.doubts.retain(|doubt| doubt.code != DoubtCode::PenetrationOnFaces);
+        }
         record.doubts.extend(self.record.doubt());
-        if record.verdict == Verdict::Completed && !record.doubts.is_empty() {
-            record.verdict = Verdict::Doubtful;
+        if record.verdict.is_complete() {
+            let sound = record.doubts.is_empty();
+            record.verdict = if sound { Verdict::Completed } else { Verdict::Doubtful };
         }
         record.write(&output.join("run.json"))?;
         Ok(record)

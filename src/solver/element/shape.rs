@@ -176,7 +176,8 @@ pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
 ///
 /// An even `count` from 4 to 10: half of it in each half of the interval, with equal weights (Chebyshev's rule, exact for
 /// polynomials of degree 3). The stress of a bent sheet changes its sign at the middle surface, where a rule over the whole
-/// interval misses the moment by 3 to 6 % and a border between two rules nothing; equal weights miss least where tension has
+/// interval misses the moment by 3 to 6 % and a border between two rules 1 % at most while the elastic core is
+/// below 0.17 of the thickness (2 % for any core); equal weights miss least where tension has
 /// moved that place. Other counts: Gauss-Legendre.
 #[must_use]
 pub(crate) fn thickness_rule(count: usize) -> Vec<(f64, f64)> {
@@ -228,12 +229,12 @@ mod tests {
         assert_eq!(thickness_rule(5), gauss_legendre(5));
     }
 
-    /// Moment of a bilinear law (yield strain 0.001, hardening E/200) in pure bending and under tension, against quadrature
+    /// Moment of a bilinear law (yield strain 0.00088, hardening E/200) in pure bending and under tension, against quadrature
     /// with many points: largest error over R/t from 5 to 100, relative to the moment without tension.
     #[test]
     fn six_points_bend_within_one_per_cent() {
         let stress = |e: f64| {
-            let beyond = (e.abs() - 1e-3).max(0.0);
+            let beyond = (e.abs() - 8.8e-4).max(0.0);
             e.signum() * (e.abs() - beyond + beyond / 200.0)
         };
         let moment = |rule: &[(f64, f64)], radius: f64| -> f64 {
@@ -252,7 +253,7 @@ mod tests {
         };
         let errors = [4, 5, 6, 8, 9, 10].map(error);
         assert!(errors[2] < 0.0065 && errors[3] < 0.011 && errors[5] < 0.0075, "{errors:?}");
-        assert!(errors[0] < 0.0105 && errors[1] > 0.04 && errors[4] > 0.012, "{errors:?}");
+        assert!(errors[0] < 0.0115 && errors[1] > 0.04 && errors[4] > 0.012, "{errors:?}");
     }
 
     #[test]

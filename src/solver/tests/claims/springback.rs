@@ -127,7 +127,8 @@ fn a_sharp_bend_has_the_moment_of_its_fibres() {
     }
 }
 
-/// One layer of solid-shells with the default of six points, and with eight and ten, over R/t 6 to 100.
+/// One layer of solid-shells with the default of six points, and with eight and ten, over R/t 6 to 100. Below ten thicknesses
+/// what is missing is not that of the points: eight and ten have the same.
 #[test]
 fn six_points_have_the_moment_of_the_fibres() {
     for points in [6, 8, 10] {
@@ -137,7 +138,8 @@ fn six_points_have_the_moment_of_the_fibres() {
             println!("{points} points: R/t {:.1}, {off:+.4} of its fibres'", 1.0 / bent);
             off.abs()
         });
-        assert!(off.iter().all(|off| *off < 0.015), "{points}: {off:?}");
+        assert!(off[..4].iter().all(|off| *off < 0.01), "{points}: {off:?}");
+        assert!(off[4..].iter().all(|off| *off < 0.022), "{points}: {off:?}");
     }
 }
 

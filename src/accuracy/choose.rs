@@ -154,11 +154,7 @@ impl Runner<'_> {
         loop {
             let model = self.runs[coarse].model.clone();
             let Some(finer) = choice.refined(&model, first) else { break };
-            let fine = match self.exceeded(coarse, &finer)? {
-                None => Some(self.run(finer.clone(), choice.name(), Some(coarse))?),
-                Some(_) => None,
-            };
-            let Some(fine) = fine.filter(|&fine| self.runs[fine].results.is_some()) else {
+            let Some(fine) = self.run_within_limits(choice, coarse, &finer)? else {
                 if coarse == base {
                     self.unmeasured.push(choice.name().into());
                 }
@@ -185,6 +181,20 @@ impl Runner<'_> {
         Ok(coarse)
     }
 
+    /// The run of a model that differs from run `other` by a choice; `None` where it exceeds a limit or does not converge.
+    fn run_within_limits(
+        &mut self,
+        choice: Choice,
+        other: usize,
+        model: &Model,
+    ) -> Result<Option<usize>, AccuracyError> {
+        if self.exceeded(other, model)?.is_some() {
+            return Ok(None);
+        }
+        let run = self.run(model.clone(), choice.name(), Some(other))?;
+        Ok(Some(run).filter(|&run| self.runs[run].results.is_some()))
+    }
+
     /// Measures the largest part of the quantities that are not accurate enough again, by a coarser choice on the mesh of
     /// run `last`: on a coarse mesh each choice shifts the roughness of forces, and its part is too large. False where there
     /// is nothing to measure.
@@ -195,11 +205,7 @@ impl Runner<'_> {
         let first = first.unwrap_or_default();
         let fine = self.runs[last].model.clone();
         let Some(coarser) = choice.coarsened(&fine, &first) else { return Ok(true) };
-        if self.exceeded(last, &coarser)?.is_some() {
-            return Ok(true);
-        }
-        let coarse = self.run(coarser.clone(), choice.name(), Some(last))?;
-        if self.runs[coarse].results.is_some() {
+        if let Some(coarse) = self.run_within_limits(choice, last, &coarser)? {
             let [_, after] = choice.errors_over_change(&coarser, &fine, &first);
             let runs = (self.runs[coarse].results().clone(), self.runs[last].results().clone());
             self.parts.set(choice, after, (&runs.0, &runs.1));

@@ -9,6 +9,7 @@ use super::sequence::PENETRATION_MAX_REL;
 use crate::files::{Input, WriteError, remove_where, write_atomic};
 use crate::report::doubt::DoubtCode;
 use crate::report::record::{RunRecord, SequenceEnd, Verdict};
+use crate::run::checkpoint;
 
 /// Folder of the runs of a sequence, in the folder of its results.
 pub const RUNS: &str = "accuracy";
@@ -28,6 +29,7 @@ impl Sequence {
         let mut record = RunRecord::parse(&text).map_err(|found| fault(&path, found))?;
         // A record must not stand beside files of another run.
         remove_where(output, |name| name == "run.json" || name == "report.html");
+        checkpoint::remove(output);
         for inner in ["steps", "tools"] {
             let folder = output.join(inner);
             fs::create_dir_all(&folder)

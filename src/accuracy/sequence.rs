@@ -223,6 +223,8 @@ impl Runner<'_> {
         let found = depth(last)?;
         let falls =
             before.last().is_none_or(|&k| depth(k).is_none_or(|before| found < SHARP * before));
+        // A tool that is deeper than the sheet is thick has passed between the nodes: it has no edge that stays in a face.
+        let falls = falls || found > 1.0;
         let over = found / PENETRATION_MAX_REL;
         (over > 1.0 && falls).then(|| over.sqrt())
     }

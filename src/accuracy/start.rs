@@ -10,16 +10,19 @@ use crate::solver::SimulationSetup;
 /// of the border; twice as many are four times the elements.
 const ELEMENTS_MIN: f64 = 6.0;
 
+/// The first mesh over that of the scene, at most: a radius that needs more is a small one beside a large sheet, where further
+/// meshes are refined. With twice as much the first run may take four times as long as the scene's.
+const FINER_MAX: f64 = 4.0;
+
 /// The model of the first run: elements of the longest length with which they do not invert over the smallest radius that
-/// the sheet can touch, but not more than in the scene, in the scene's proportions; solid-shells in one layer of at most
-/// six points.
+/// the sheet can touch, in the scene's proportions; solid-shells in one layer of at most six points.
 pub(super) fn start(plan: &Plan, setup: &SimulationSetup) -> Option<Model> {
     let model = Model::of(&plan.scene.blank)?.with_fewest();
     let wanted = longest_element(setup);
     let factor = longest_length(&plan.scene.blank.shape) / wanted;
     let counts = model.mesh.counts();
     let fewest = counts.iter().filter(|n| **n > 1).min().map_or(1.0, |&n| ELEMENTS_MIN / n as f64);
-    let mesh = model.mesh.scaled(factor.max(fewest).min(1.0));
+    let mesh = model.mesh.scaled(factor.max(fewest).min(FINER_MAX));
     Some(Model { mesh, ..model })
 }
 

@@ -75,30 +75,37 @@ impl<'a> Judged<'a> {
         };
         let (area, shares) = self.shares();
         let curve = self.diagram.curve.as_ref();
-        let margin = curve.and_then(|curve| {
-            let ratio = |s: &SheetStrain| curve.failure_ratio(s.principal.minor, s.principal.major);
-            let element = first_largest(&self.strains, ratio)?;
-            let strain = &self.strains[element];
-            Some(LimitMarginRecord {
-                margin: 1.0 - ratio(strain),
-                major: strain.principal.major,
-                minor: strain.principal.minor,
-                limit_major: curve.major_at(strain.principal.minor),
-                element,
-                at_mm: centre(element),
-                turned: paths.has_turned(element),
-            })
-        });
         Some(FormabilityRecord {
             increment,
             // A stack of elements counts once.
             area_mm2: area / mesh.nodes_per_column.saturating_sub(1).max(1) as f64,
             thinning: thinning(first_largest(&self.strains, |s| -s.thickness)?),
             thickening: thinning(first_largest(&self.strains, |s| s.thickness)?),
-            margin,
+            margin: self.limit_margin(centre, paths),
             zones: zone_shares(&shares, curve.is_some()),
             turned_paths: self.turned(paths, area),
             limit_curve: curve.map_or_else(Vec::new, |curve| curve.points().to_vec()),
+        })
+    }
+
+    /// The element nearest to the limit curve; `None` without one.
+    fn limit_margin(
+        &self,
+        centre: impl Fn(usize) -> [f64; 3],
+        paths: &StrainPaths,
+    ) -> Option<LimitMarginRecord> {
+        let curve = self.diagram.curve.as_ref()?;
+        let ratio = |s: &SheetStrain| curve.failure_ratio(s.principal.minor, s.principal.major);
+        let element = first_largest(&self.strains, ratio)?;
+        let strain = &self.strains[element];
+        Some(LimitMarginRecord {
+            margin: 1.0 - ratio(strain),
+            major: strain.principal.major,
+            minor: strain.principal.minor,
+            limit_major: curve.major_at(strain.principal.minor),
+            element,
+            at_mm: centre(element),
+            turned: paths.has_turned(element),
         })
     }
 

@@ -103,15 +103,10 @@ pub fn run(
     let ended = run
         .advance_all(&mut simulation, &mut folder, next, watch)
         .and_then(|outcome| run.end(&simulation, &mut folder, outcome, section));
-    match ended {
-        Ok(()) => Ok(folder.record),
-        Err(error) => {
-            if matches!(error, RunError::Write(_)) {
-                folder.record_write_error(&error);
-            }
-            Err(error)
-        }
+    if let Err(error @ RunError::Write(_)) = &ended {
+        folder.record_write_error(error);
     }
+    ended.map(|()| folder.record)
 }
 
 /// A simulation before its first increment, and the findings about its scene.

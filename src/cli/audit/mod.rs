@@ -140,10 +140,11 @@ fn audited(
     if let Some(chosen) = &chosen {
         print_origin(tool, chosen, model, loaded.provenance.offset_mm);
     }
-    if args.tools.len() > 1 {
-        print_row(tool, &found.report);
+    let several = args.tools.len() > 1;
+    if several {
+        print_row(tool, &found.report)
     } else {
-        print_report(&found.report);
+        print_report(&found.report)
     }
     Ok(found.report)
 }

@@ -58,16 +58,8 @@ pub(super) fn minimax_shifts(
         }
         // A shift at a bound is fixed if its step would violate the bound.
         let leaves = |k: usize, step: f64| step != 0.0 && within(k, shifts[k] + step) == shifts[k];
-        let mut fixed = vec![false; directions.len()];
         let right = matrix.assemble(&rows, &r, scale);
-        let step = loop {
-            let step = matrix.newton_step(&right, &fixed);
-            let more: Vec<usize> = (0..step.len()).filter(|&k| leaves(k, step[k])).collect();
-            if more.is_empty() {
-                break step;
-            }
-            more.into_iter().for_each(|k| fixed[k] = true);
-        };
+        let step = bounded_step(&mut matrix, &right, leaves);
         let at = |length: f64| -> Vec<f64> {
             (0..shifts.len()).map(|k| within(k, shifts[k] + length * step[k])).collect()
         };
@@ -80,6 +72,23 @@ pub(super) fn minimax_shifts(
         }
     }
     shifts
+}
+
+/// Newton's step with those shifts fixed whose step leaves their bounds.
+fn bounded_step(
+    matrix: &mut NormalMatrix,
+    right: &[f64],
+    leaves: impl Fn(usize, f64) -> bool,
+) -> Vec<f64> {
+    let mut fixed = vec![false; right.len()];
+    loop {
+        let step = matrix.newton_step(right, &fixed);
+        let more: Vec<usize> = (0..step.len()).filter(|&k| leaves(k, step[k])).collect();
+        if more.is_empty() {
+            return step;
+        }
+        more.into_iter().for_each(|k| fixed[k] = true);
+    }
 }
 
 /// Sum of the P-th powers of `r / scale`.

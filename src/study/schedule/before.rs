@@ -27,23 +27,7 @@ impl<'a, 'b> Schedule<'a, 'b> {
         if open && known.runner != how.runner.name() {
             return Err(other_runner(how.folder, &known.runner, &*how.runner));
         }
-        let (mut jobs, mut rows): (Vec<Job<'a>>, Vec<Range<usize>>) = Default::default();
-        let mut index: HashMap<&str, usize> = HashMap::new();
-        for rank in ranks(cases) {
-            rows.push(jobs.len()..jobs.len() + rank.len());
-            for case in rank {
-                index.insert(&case.id, jobs.len());
-                let submission = known.cases.remove(&case.id).unwrap_or_default();
-                jobs.push(Job {
-                    case,
-                    phase: Phase::Open,
-                    leader: case.follows.as_deref().and_then(|id| index.get(id).copied()),
-                    inherited: submission.ticket.is_some(),
-                    submission,
-                    told: String::new(),
-                });
-            }
-        }
+        let (jobs, rows) = jobs_of(cases, &mut known);
         Ok(Self {
             jobs,
             ranks: rows,
@@ -95,4 +79,26 @@ impl<'a, 'b> Schedule<'a, 'b> {
             _ => {}
         }
     }
+}
+
+/// The jobs of all cases, leaders before those that follow them, and the range of each rank.
+fn jobs_of<'a>(cases: &'a [Case], known: &mut Tickets) -> (Vec<Job<'a>>, Vec<Range<usize>>) {
+    let (mut jobs, mut rows): (Vec<Job<'a>>, Vec<Range<usize>>) = Default::default();
+    let mut index: HashMap<&str, usize> = HashMap::new();
+    for rank in ranks(cases) {
+        rows.push(jobs.len()..jobs.len() + rank.len());
+        for case in rank {
+            index.insert(&case.id, jobs.len());
+            let submission = known.cases.remove(&case.id).unwrap_or_default();
+            jobs.push(Job {
+                case,
+                phase: Phase::Open,
+                leader: case.follows.as_deref().and_then(|id| index.get(id).copied()),
+                inherited: submission.ticket.is_some(),
+                submission,
+                told: String::new(),
+            });
+        }
+    }
+    (jobs, rows)
 }

@@ -17,6 +17,11 @@ const ORDER_UNKNOWN: f64 = 1.0;
 /// ratio is a little smaller than 2 because elements are counted in whole numbers.
 const RATIO_COMPARED: f64 = 1.9;
 
+/// Factor on the extrapolated error, that of the grid convergence index for an observed order (Roache 1994): three meshes
+/// are seldom in the asymptotic range. Without it errors of the U-draw are 1.2 times the estimate; with the double most are
+/// below half of it.
+const SAFETY: f64 = 1.25;
+
 /// Observed order of convergence from the distances `d` of two runs to a finer one and the ratios `r` (each > 1, the first
 /// larger) of their element lengths to its, within the orders that are believed.
 pub(super) fn order(d: [f64; 2], r: [f64; 2]) -> f64 {
@@ -59,7 +64,7 @@ impl MeshError {
         let before = k.checked_sub(1).map(|k| ([distances[k], d], [ratios[k], r]));
         let observed = before.map(|(d, r)| order(d, r));
         let p = observed.unwrap_or(ORDER_UNKNOWN);
-        Some(Self { error: d / (r.powf(p) - 1.0), order: observed })
+        Some(Self { error: SAFETY * d / (r.powf(p) - 1.0), order: observed })
     }
 
     /// Ratio of element lengths that brings the error to `wanted`.
@@ -81,7 +86,7 @@ mod tests {
                     ([error[0] - error[2], error[1] - error[2]], [h[0] / h[2], h[1] / h[2]]);
                 let found = MeshError::new(&d, &r).unwrap();
                 assert!((found.order.unwrap() - p).abs() < 1e-9, "{p} {h:?}: {found:?}");
-                assert!((found.error - error[2]).abs() < 1e-9, "{p} {h:?}: {found:?}");
+                assert!((found.error - SAFETY * error[2]).abs() < 1e-9, "{p} {h:?}: {found:?}");
                 let finer = found.ratio_to(0.1 * found.error);
                 assert!((finer.powf(p) - 10.0).abs() < 1e-6);
                 // A run whose elements are hardly longer says nothing.
@@ -96,10 +101,10 @@ mod tests {
         assert_eq!(order([1.0, 2.0], [4.0, 2.0]), ORDER_MIN);
         assert_eq!(order([1.0, 0.01], [4.0, 2.0]), ORDER_MAX);
         assert_eq!(order([1.0, 0.0], [4.0, 2.0]), ORDER_MAX);
-        let assumed = MeshError { error: 0.2, order: None };
+        let assumed = MeshError { error: 0.2 * SAFETY, order: None };
         assert_eq!(MeshError::new(&[0.2], &[2.0]), Some(assumed));
         // Nothing but a run with a small ratio.
-        assert!((MeshError::new(&[0.2], &[1.5]).unwrap().error - 0.4).abs() < 1e-12);
+        assert!((MeshError::new(&[0.2], &[1.5]).unwrap().error - 0.4 * SAFETY).abs() < 1e-12);
         assert_eq!(MeshError::new(&[], &[]), None);
     }
 }

@@ -36,14 +36,16 @@ impl Springback {
             return None;
         }
         let moved = report.displacements.chunks_exact(3).zip(self.held.chunks_exact(3));
-        let squares = moved.map(|(u, held)| u.iter().zip(held).map(|(a, b)| (a - b).powi(2)).sum());
-        let (largest, sum, count) = squares
-            .fold((0.0_f64, 0.0, 0.0), |(largest, sum, count), s: f64| {
-                (largest.max(s), sum + s, count + 1.0)
+        let squares = moved
+            .map(|(u, held)| u.iter().zip(held).map(|(a, b)| (a - b).powi(2)).sum::<f64>())
+            .zip(report.body.mesh().node_volumes());
+        let (largest, sum, volume) =
+            squares.fold((0.0_f64, 0.0, 0.0), |(largest, sum, volume), (square, of_node)| {
+                (largest.max(square), sum + square * of_node, volume + of_node)
             });
-        (count > 0.0).then(|| SpringbackRecord {
+        (volume > 0.0).then(|| SpringbackRecord {
             largest_mm: largest.sqrt(),
-            rms_mm: (sum / count).sqrt(),
+            rms_mm: (sum / volume).sqrt(),
             force_n: self.force_n,
             energy_nmm: self.elastic_nmm - report.energies.elastic,
             from_increment: self.increment,
@@ -107,6 +109,21 @@ mod tests {
             contact_forces: &[],
             node_contacts: &[],
         }
+    }
+
+    /// Of a strip of 1 and 3 mm long elements the longer one has three quarters.
+    #[test]
+    fn the_root_mean_square_is_over_the_volume() {
+        let mut mesh = rectangle(2.0, 1.0, 1.0, 2, 1, 1);
+        mesh.nodes.iter_mut().filter(|x| x.x > 1.5).for_each(|x| x.x = 4.0);
+        let moved: Vec<f64> =
+            mesh.nodes.iter().flat_map(|x| [0.0, 0.0, if x.x > 0.5 { 2.0 } else { 0.0 }]).collect();
+        let elastic = Arc::new(Elastic { young: 7e4, poisson: 0.3 });
+        let body = Body::new(mesh, ElementKind::Hex8, elastic).unwrap();
+        let mut springback = Springback::default();
+        springback.update(&report(&body, false, &[0.0; 36], 1.0));
+        let found = springback.update(&report(&body, true, &moved, 1.0)).unwrap();
+        assert!((found.rms_mm - 2.0 * 0.875_f64.sqrt()).abs() < 1e-14, "{}", found.rms_mm);
     }
 
     #[test]

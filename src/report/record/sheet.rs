@@ -14,7 +14,7 @@ pub(super) const THICKNESS_MIN_REL: f64 = 0.5;
 pub struct SpringbackRecord {
     /// Largest displacement of a node [mm].
     pub largest_mm: f64,
-    /// RMS of the displacements of all nodes [mm].
+    /// RMS of the displacements over the volume of the sheet [mm].
     pub rms_mm: f64,
     /// Sum of the magnitudes of the forces of the released tools, of the whole process [N].
     pub force_n: f64,

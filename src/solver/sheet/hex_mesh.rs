@@ -215,6 +215,25 @@ impl HexMesh {
         sum / self.column_count().max(1) as f64
     }
 
+    /// Volume of the sheet that belongs to each node [mm³]: an eighth of each adjacent element, whose volume is that at the
+    /// Jacobian of its centre.
+    #[must_use]
+    pub fn node_volumes(&self) -> Vec<f64> {
+        let mut volumes = vec![0.0; self.nodes.len()];
+        for element in &self.elements {
+            let x = element.map(|node| self.nodes[node as usize]);
+            let mean = |ends: [[usize; 2]; 4]| -> Vec3 {
+                ends.iter().map(|[from, to]| 0.25 * (x[*to] - x[*from])).sum()
+            };
+            let a = mean([[0, 1], [3, 2], [4, 5], [7, 6]]);
+            let b = mean([[0, 3], [1, 2], [4, 7], [5, 6]]);
+            let c = mean([[0, 4], [1, 5], [2, 6], [3, 7]]);
+            let volume = a.cross(&b).dot(&c).abs();
+            element.iter().for_each(|&node| volumes[node as usize] += 0.125 * volume);
+        }
+        volumes
+    }
+
     /// Unknowns (three for each node) grouped by through-thickness column, or by node if the mesh has no columns.
     #[must_use]
     pub fn groups(&self) -> Groups {

@@ -146,7 +146,7 @@ fn springback(done: &[(&Row<'_>, &RunRecord)]) -> Bars {
         names: sprung().map(|(row, _)| row.case.id.clone()).collect(),
         parts: vec![
             ("largest".into(), sprung().map(|(_, s)| s.largest_mm).collect()),
-            ("RMS of the nodes".into(), sprung().map(|(_, s)| s.rms_mm).collect()),
+            ("RMS over the sheet".into(), sprung().map(|(_, s)| s.rms_mm).collect()),
         ],
         stacked: false,
     }

@@ -91,6 +91,8 @@ def audit(kanagata, folder, path, tol, count):
     faces = faces_of(kernel_shape(path))
     points = points_of(tool, count)
     found = np.array([distance(faces, point) for point in points])
+    if not np.isfinite(found).all():
+        return dict(file=path.name, why=f"the kernel finds no closest point for {np.isinf(found).sum()} of {len(found)} points")
     worst = points[int(np.argmax(found))]
     return dict(file=path.name, faces=len(faces), patches=len(tool["bezier_patches"]), points=len(points), stated=stated,
                 largest=float(found.max()), p99=float(np.quantile(found, 0.99)), at=[round(float(x), 3) for x in worst])

@@ -9,8 +9,8 @@ use super::options::{Choice, Parts};
 use super::pattern::{LEVEL_MAX, Pattern};
 use super::quantities::Results;
 use super::runner::Runner;
-use super::sequence::{PENETRATION_MAX_REL, RATIO_MIN};
-use crate::report::record::SequenceEnd;
+use super::sequence::RATIO_MIN;
+use crate::report::record::{FacePenetrationRecord, SequenceEnd};
 use crate::scene::read::read_with;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::sheet::refine::plan_elements;
@@ -97,7 +97,7 @@ impl Runner<'_> {
     fn pattern(&self, run: usize) -> Result<Option<Pattern>, AccuracyError> {
         let run = &self.runs[run];
         let mesh = self.mesh_of(&run.model)?;
-        let allowed = PENETRATION_MAX_REL * mesh.mean_thickness();
+        let allowed = FacePenetrationRecord::ALLOWED_IN_SEQUENCE_REL * mesh.mean_thickness();
         let Some(pattern) = Pattern::of_run(&run.folder, &mesh, allowed) else { return Ok(None) };
         let coarse = run.model.mesh.scaled(0.5_f64.powi(i32::from(LEVEL_MAX)));
         let base = self.mesh_of(&Model { mesh: coarse, levels: None, ..run.model.clone() })?;

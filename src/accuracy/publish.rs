@@ -5,10 +5,9 @@ use std::path::Path;
 
 use super::error::AccuracyError;
 use super::runner::Sequence;
-use super::sequence::PENETRATION_MAX_REL;
 use crate::files::{Input, WriteError, remove_where, write_atomic};
 use crate::report::doubt::DoubtCode;
-use crate::report::record::{RunRecord, SequenceEnd, Verdict};
+use crate::report::record::{FacePenetrationRecord, RunRecord, SequenceEnd, Verdict};
 use crate::run::checkpoint;
 
 /// Folder of the runs of a sequence, in the folder of its results.
@@ -49,7 +48,9 @@ impl Sequence {
         record.accuracy = Some(self.record.clone());
         // The estimated errors contain what tools in faces of elements change: the less, the finer the mesh.
         let depth = record.face_penetration.as_ref().map_or(0.0, |found| found.depth_rel);
-        if self.record.end == SequenceEnd::Reached && depth <= PENETRATION_MAX_REL {
+        if self.record.end == SequenceEnd::Reached
+            && depth <= FacePenetrationRecord::ALLOWED_IN_SEQUENCE_REL
+        {
             record.doubts.retain(|doubt| doubt.code != DoubtCode::PenetrationOnFaces);
         }
         record.doubts.extend(self.record.doubt());

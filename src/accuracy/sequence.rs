@@ -11,7 +11,7 @@ use super::options::Parts;
 use super::records;
 use super::runner::{Limits, Observer, Runner, Sequence};
 use super::start::start;
-use crate::report::record::SequenceEnd;
+use crate::report::record::{FacePenetrationRecord, SequenceEnd};
 use crate::run::cost::estimate;
 use crate::run::resources::memory_limit_megabytes;
 use crate::scene::Plan;
@@ -33,11 +33,6 @@ const COARSE: f64 = 6.0;
 const MESHES_MIN: usize = 2;
 /// Part of what choices leave of the allowed error that the next mesh aims at: the observed order scatters.
 const AIM: f64 = 0.8;
-/// Penetration of faces over the thickness up to which meshes are not refined for it alone. A plain run is doubtful above
-/// 5 %, since nothing tells what it changes; in a sequence the distance of the meshes contains it. Elements may be 1.7 times as
-/// long as for 5 %. With half of it they are 1.4 times as short, for twice to three times the time; with twice of it a feature
-/// of a tool may pass.
-pub(super) const PENETRATION_MAX_REL: f64 = 0.15;
 /// Penetration over that of the mesh before, above which a tool counts as sharp. On a radius meshes that are finer by 1.4
 /// halve it.
 const SHARP: f64 = 0.9;
@@ -225,7 +220,7 @@ impl Runner<'_> {
             before.last().is_none_or(|&k| depth(k).is_none_or(|before| found < SHARP * before));
         // A tool that is deeper than the sheet is thick has passed between the nodes: it has no edge that stays in a face.
         let falls = falls || found > 1.0;
-        let over = found / PENETRATION_MAX_REL;
+        let over = found / FacePenetrationRecord::ALLOWED_IN_SEQUENCE_REL;
         (over > 1.0 && falls).then(|| over.sqrt())
     }
 

@@ -81,7 +81,8 @@ pub struct Reached {
 }
 
 /// Excludes the faces of `model` that the sheet cannot touch. `side` is the direction towards the sheet, by default the
-/// tool direction. With `flip` the model is reversed after that.
+/// tool direction. With `flip` the model is reversed after that where `side` is given; one that already looks along the tool
+/// direction has nothing to reverse.
 ///
 /// # Errors
 /// [`ReachError::Nothing`] when no face remains.
@@ -94,7 +95,7 @@ pub fn within_reach(
     let coarse = MappedOptions { arc_divisions: 2, ..MappedOptions::default() };
     let mesh = mesh(model, &coarse).ok();
     let away = |m| super::conversion::faces_away(m, Some(side.unwrap_or(zone.direction())));
-    let turned = mesh.as_ref().is_some_and(away) ^ flip;
+    let turned = mesh.as_ref().is_some_and(away) ^ (flip && side.is_some());
     // Vertices of the coarse mesh lie on the tool: the foremost one over the blank is not ahead of the exact front.
     let front = if zone.touches {
         let over = |p: &&Vec3| {

@@ -93,7 +93,7 @@ fn an_element_goes_by_its_name() {
         scene["blank"]["element"] = value;
         serde_json::from_value::<Scene>(scene).map(|s| s.blank.element).map_err(|e| e.to_string())
     };
-    let shell = ElementKind::SolidShell { points: 5, membrane: true };
+    let shell = ElementKind::SolidShell { points: 6, membrane: true };
     assert_eq!(ElementKind::default(), shell);
     assert_eq!(element("hex8".into()), Ok(ElementKind::Hex8));
     assert_eq!(element("hex8-enhanced".into()), Ok(ElementKind::Hex8Enhanced));

@@ -84,12 +84,13 @@ impl Runner<'_> {
         let first = self.runs[base].model.clone();
         let coarse = first.mesh.scaled(0.5_f64.powi(i32::from(LEVEL_MAX)));
         let model = self.with_levels(Model { mesh: coarse, ..first })?;
-        let index = self.run(model, "pattern", Some(base))?;
-        if self.runs[index].results.is_none() {
+        let within = self.exceeded(base, &model)?.is_none();
+        let index = if within { Some(self.run(model, "pattern", Some(base))?) } else { None };
+        let index = index.filter(|&index| self.runs[index].results.is_some());
+        if index.is_none() {
             self.pattern = None;
-            return Ok(None);
         }
-        Ok(Some(index))
+        Ok(index)
     }
 
     /// The pattern of refinement by a run; `None` where the refined mesh with equally short elements has not far fewer than the
@@ -204,7 +205,12 @@ impl Runner<'_> {
         let first = self.chosen_after.map(|k| self.runs[k].largest_increments.clone());
         let first = first.unwrap_or_default();
         let fine = self.runs[last].model.clone();
-        let Some(coarser) = choice.coarsened(&fine, &first) else { return Ok(true) };
+        let coarser = choice.coarsened(&fine, &first);
+        // Hexahedra need the layers of the scene.
+        let fewest = self.chosen_after.map_or(1, |k| self.runs[k].model.layers);
+        let Some(coarser) = coarser.filter(|model| model.layers >= fewest) else {
+            return Ok(true);
+        };
         if let Some(coarse) = self.run_within_limits(choice, last, &coarser)? {
             let [_, after] = choice.errors_over_change(&coarser, &fine, &first);
             let runs = (self.runs[coarse].results().clone(), self.runs[last].results().clone());

@@ -48,9 +48,7 @@ impl Sequence {
         record.accuracy = Some(self.record.clone());
         // The estimated errors contain what tools in faces of elements change: the less, the finer the mesh.
         let depth = record.face_penetration.as_ref().map_or(0.0, |found| found.depth_rel);
-        if self.record.end == SequenceEnd::Reached
-            && depth <= FacePenetrationRecord::ALLOWED_IN_SEQUENCE_REL
-        {
+        if self.judges_contact() && depth <= FacePenetrationRecord::ALLOWED_IN_SEQUENCE_REL {
             record.doubts.retain(|doubt| doubt.code != DoubtCode::PenetrationOnFaces);
         }
         record.doubts.extend(self.record.doubt());
@@ -63,6 +61,16 @@ impl Sequence {
     }
 }
 
+impl Sequence {
+    /// Whether a force and the thickness were asked for, and are as accurate: what tools in faces of elements change.
+    fn judges_contact(&self) -> bool {
+        let asked = |name: &str| {
+            self.record.quantities.iter().any(|q| q.name.starts_with(name) && q.allowed.is_some())
+        };
+        self.record.end == SequenceEnd::Reached && asked("force.") && asked("thickness")
+    }
+}
+
 /// Copies a file, complete or not at all.
 fn copy(from: &Path, to: &Path) -> Result<(), AccuracyError> {
     let fault =
@@ -70,4 +78,38 @@ fn copy(from: &Path, to: &Path) -> Result<(), AccuracyError> {
     let (mut file, _) = crate::files::open(from, Input::Mesh).map_err(fault)?;
     write_atomic(to, |w| std::io::copy(&mut file, w).map(drop))?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::record::{AccuracyRecord, QuantityRecord};
+
+    #[test]
+    fn contact_is_judged_where_force_and_thickness_were_asked_for() {
+        let judged = |asked: &[&str], end: SequenceEnd| {
+            let quantity = |name: &str| QuantityRecord {
+                name: name.into(),
+                unit: "mm".into(),
+                value: 1.0,
+                error: Some(0.01),
+                allowed: asked.contains(&name).then_some(0.02),
+                parts: Default::default(),
+                order: None,
+            };
+            let record = AccuracyRecord {
+                end,
+                quantities: ["force.punch", "thickness", "draw_in"].map(quantity).into(),
+                runs: Vec::new(),
+                unmeasured: Vec::new(),
+                cpu_s: 0.0,
+                last_cpu_s: 0.0,
+            };
+            Sequence { record, best: Default::default() }.judges_contact()
+        };
+        assert!(judged(&["force.punch", "thickness"], SequenceEnd::Reached));
+        assert!(!judged(&["force.punch", "thickness"], SequenceEnd::Time));
+        assert!(!judged(&["thickness", "draw_in"], SequenceEnd::Reached));
+        assert!(!judged(&["force.punch"], SequenceEnd::Reached));
+    }
 }

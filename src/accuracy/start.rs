@@ -5,14 +5,18 @@ use crate::run::advice::longest_element;
 use crate::scene::Plan;
 use crate::scene::types::BlankShape;
 use crate::solver::SimulationSetup;
+use crate::solver::sheet::refine::plan_elements;
 
 /// Fewest elements along a direction of the blank, other than a strip's single one. Half as many leave four points on a side
 /// of the border; twice as many are four times the elements.
 const ELEMENTS_MIN: f64 = 6.0;
 
 /// The first mesh over that of the scene, at most: a radius that needs more is a small one beside a large sheet, where further
-/// meshes are refined. With twice as much the first run may take four times as long as the scene's.
+/// meshes are refined. With twice as much the first run may take four times as long.
 const FINER_MAX: f64 = 4.0;
+/// Elements in plan up to which the first mesh may be finer than that of the scene. With four times as many it takes more
+/// memory and time than the scene leads to expect, before any limit can stop it.
+const FINER_ELEMENTS_MAX: f64 = 2_500.0;
 
 /// The model of the first run: elements of the longest length with which they do not invert over the smallest radius that
 /// the sheet can touch, in the scene's proportions; solid-shells in one layer of at most six points.
@@ -22,8 +26,12 @@ pub(super) fn start(plan: &Plan, setup: &SimulationSetup) -> Option<Model> {
     let factor = longest_length(&plan.scene.blank.shape) / wanted;
     let counts = model.mesh.counts();
     let fewest = counts.iter().filter(|n| **n > 1).min().map_or(1.0, |&n| ELEMENTS_MIN / n as f64);
-    let mesh = model.mesh.scaled(factor.max(fewest).min(FINER_MAX));
-    Some(Model { mesh, ..model })
+    // Strips of one element across are divided along their length only.
+    let strip = counts.contains(&1);
+    let room = FINER_ELEMENTS_MAX / plan_elements(setup.body.mesh()).len().max(1) as f64;
+    let finer = if strip { room } else { room.sqrt() }.clamp(1.0, FINER_MAX);
+    let factor = factor.max(fewest).min(finer);
+    Some(Model { mesh: model.mesh.scaled(factor), ..model })
 }
 
 /// Length of the longest element of a blank [mm], without the single elements across a strip.

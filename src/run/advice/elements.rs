@@ -34,7 +34,7 @@ pub(super) fn too_few_points(plan: &Plan, setup: &SimulationSetup) -> Option<Fin
             format!(
                 "One layer of {name} has two points through the thickness: where the sheet bends, its moment is {off}."
             ),
-            "Use two layers of \"hex8-enhanced\", or one of \"solid-shell\" (within 1 %)."
+            "Use two layers of \"hex8-enhanced\", or one of \"solid-shell\" (within 2 %)."
                 .into(),
         )
         .exceeds([2.0, 3.0])

@@ -50,14 +50,7 @@ pub(super) fn vertex_normals(
     smooth: f64,
     searches: &Searches<'_>,
 ) -> Result<NormalTable, ConvertError> {
-    let mut keys: Vec<NormalKey> = mesh
-        .elements
-        .iter()
-        .flat_map(|e| e.nodes().iter().map(|&vertex| (vertex, e.face)))
-        .map(|(vertex, face)| NormalKey { vertex, face, element: ALL_ELEMENTS })
-        .collect();
-    keys.sort_unstable();
-    keys.dedup();
+    let keys = vertices_by_face(mesh);
     let rounding = ROUNDING_REL * Aabb::of_points(&mesh.vertices).diagonal();
     let enough = (rounding + 2.0 * model.join_tolerance).powi(2);
     let feet: Vec<(Vec2, Option<Vec3>)> = keys
@@ -87,6 +80,19 @@ pub(super) fn vertex_normals(
     searches.check()?;
     let (normals, ids) = number_normals(mesh, &known, smooth);
     Ok(NormalTable { normals, ids, feet: regular })
+}
+
+/// The pairs of a vertex and a face that has it, sorted.
+fn vertices_by_face(mesh: &SurfaceMesh) -> Vec<NormalKey> {
+    let mut keys: Vec<NormalKey> = mesh
+        .elements
+        .iter()
+        .flat_map(|e| e.nodes().iter().map(|&vertex| (vertex, e.face)))
+        .map(|(vertex, face)| NormalKey { vertex, face, element: ALL_ELEMENTS })
+        .collect();
+    keys.sort_unstable();
+    keys.dedup();
+    keys
 }
 
 /// Adds the normals at degenerate points of faces, one for each element.

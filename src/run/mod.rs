@@ -347,21 +347,33 @@ impl Run<'_> {
         if verdict.is_complete() {
             checkpoint::remove(&folder.path);
         }
-        // The results are complete: a stop request during the report loses none.
         if verdict != Verdict::Stopped {
-            self.options.stop.complete();
-            drop(section);
-            self.check_lock()?;
-            #[cfg(feature = "pages")]
-            if self.options.report.applies(verdict) {
-                report::write(folder, self.plan, simulation)?;
-            }
+            self.report(simulation, folder, (verdict, section))?;
         }
         outcome.map_err(|cause| RunError::Solver {
             cause: Box::new(cause),
             more,
             folder: Some(folder.path.clone()),
         })
+    }
+
+    /// Writes the report of complete results, outside `section`: a stop request meanwhile loses no results.
+    fn report(
+        &self,
+        simulation: &Simulation,
+        folder: &RunFolder,
+        (verdict, section): (Verdict, Section),
+    ) -> Result<(), RunError> {
+        self.options.stop.complete();
+        drop(section);
+        self.check_lock()?;
+        #[cfg(feature = "pages")]
+        if self.options.report.applies(verdict) {
+            report::write(folder, self.plan, simulation)?;
+        }
+        #[cfg(not(feature = "pages"))]
+        let _ = (simulation, folder, verdict);
+        Ok(())
     }
 }
 

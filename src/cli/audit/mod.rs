@@ -117,12 +117,7 @@ fn audited(
     let chosen = moved(&loaded.provenance, model, chosen).map_err(|e| Failure::of_file(tool, e))?;
     let part = chosen.as_ref().map(ChosenReference::new);
     if !is_same {
-        err!(
-            "warning: {} was made from another file ({}) than {}; each patch is put on the face nearest to it",
-            tool.display(),
-            loaded.provenance.cad_file,
-            cad.display()
-        );
+        warn_of_other_file(tool, &loaded.provenance.cad_file, cad);
         loaded.model.faces = match &part {
             Some(part) => part.faces_of(&loaded.model),
             None => whole.faces_of(&loaded.model),
@@ -147,6 +142,14 @@ fn audited(
         print_report(&found.report)
     }
     Ok(found.report)
+}
+
+fn warn_of_other_file(tool: &Path, made_from: &str, cad: &Path) {
+    err!(
+        "warning: {} was made from another file ({made_from}) than {}; each patch is put on the face nearest to it",
+        tool.display(),
+        cad.display()
+    );
 }
 
 fn options(args: &AuditArgs) -> AuditOptions {

@@ -59,8 +59,7 @@ pub(super) fn balance_errors(
     let mut length = 1.0;
     let mut step: Option<Vec<f64>> = None;
     let scale = plain.audit.worst_mm();
-    let small = plain.tool.patches.len() <= SMALL_PATCHES_MAX;
-    for _ in 0..if small { ROUNDS_SMALL_MAX } else { ROUNDS_LARGE_MAX } {
+    for _ in 0..rounds_max(plain.tool.patches.len()) {
         let more = match step.take() {
             Some(step) => step,
             None => correction(&best.tool, &samples, (&shifts, &directions), options)?,
@@ -87,6 +86,11 @@ pub(super) fn balance_errors(
         }
     }
     Ok(best)
+}
+
+/// Limit of the rounds for a tool of `patches` patches.
+fn rounds_max(patches: usize) -> usize {
+    if patches <= SMALL_PATCHES_MAX { ROUNDS_SMALL_MAX } else { ROUNDS_LARGE_MAX }
 }
 
 /// Norm of the largest errors of the patches over `scale`, with the power [`ERROR_POWER`].

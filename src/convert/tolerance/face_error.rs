@@ -168,15 +168,8 @@ impl<'a> FaceEvaluator<'a> {
         if !made.folded.is_empty() {
             return None;
         }
-        let options = AuditOptions {
-            samples: 4,
-            refine: if self.normals { REFINED_PATCHES } else { 0 },
-            areas: false,
-            borders: false,
-            worst: WORST_PATCHES,
-            ..AuditOptions::default()
-        };
-        let found = audit_from(&tool, &LocalReference(self.reference), &options, &starts).ok()?;
+        let local = LocalReference(self.reference);
+        let found = audit_from(&tool, &local, &self.audit_options(), &starts).ok()?;
         let report = &found.report;
         if !report.folded.is_empty() {
             return None;
@@ -203,6 +196,17 @@ impl<'a> FaceEvaluator<'a> {
         };
         let [plain, estimated] = [error_mm, estimated_mm].map(|mm| Arc::new(result(mm)));
         Some(Evaluated { plain, estimated })
+    }
+
+    fn audit_options(&self) -> AuditOptions {
+        AuditOptions {
+            samples: 4,
+            refine: if self.normals { REFINED_PATCHES } else { 0 },
+            areas: false,
+            borders: false,
+            worst: WORST_PATCHES,
+            ..AuditOptions::default()
+        }
     }
 
     /// Measured edges of face `f`, each with the maximum distance of the patch sides on it [mm], at 7 interior points

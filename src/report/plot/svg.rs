@@ -181,13 +181,16 @@ fn draw(
         (0..series.x.len().min(series.y.len())).map(|k| (k, series.x[k], series.y[k])).collect();
     let mut points: Vec<_> = all.iter().copied().filter(|&(_, a, b)| plot.drawable(a, b)).collect();
     match style {
-        Style::Line | Style::Guide => {
-            let class = if style == Style::Guide { "guide" } else { "line" };
+        Style::Guide => {
             let path = line_path(plot, &all, x, y);
-            let _ = writeln!(out, "<path class=\"{class} c{color}\" d=\"{path}\"/>");
-            if style == Style::Line && points.len() <= MARKERS_MAX {
-                let _ =
-                    writeln!(out, "<path class=\"dot c{color}\" d=\"{}\"/>", dots(&points, x, y));
+            let _ = writeln!(out, "<path class=\"guide c{color}\" d=\"{path}\"/>");
+        }
+        Style::Line => {
+            let path = line_path(plot, &all, x, y);
+            let _ = writeln!(out, "<path class=\"line c{color}\" d=\"{path}\"/>");
+            if points.len() <= MARKERS_MAX {
+                let dots = dots(&points, x, y);
+                let _ = writeln!(out, "<path class=\"dot c{color}\" d=\"{dots}\"/>");
             }
         }
         Style::Dots => {
@@ -196,19 +199,17 @@ fn draw(
             points.retain(|&(_, a, b)| seen.insert([x.pixel(a) as i64, y.pixel(b) as i64]));
             let _ = writeln!(out, "<path class=\"dots c{color}\" d=\"{}\"/>", dots(&points, x, y));
         }
-        Style::Rings => {
-            for &(_, a, b) in &points {
-                let (a, b) = (x.pixel(a), y.pixel(b));
-                let _ =
-                    writeln!(out, "<circle class=\"ring\" cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"7\"/>");
-            }
-        }
+        Style::Rings => points.iter().for_each(|&(_, a, b)| draw_ring(out, x.pixel(a), y.pixel(b))),
         Style::Bars(width) => {
             let path = bar_path(&points, width, x, y);
             let _ = writeln!(out, "<path class=\"bar c{color}\" d=\"{path}\"/>");
         }
     }
     (style != Style::Guide).then(|| values(series, style, &points, all.len()))
+}
+
+fn draw_ring(out: &mut String, x: f64, y: f64) {
+    let _ = writeln!(out, "<circle class=\"ring\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"7\"/>");
 }
 
 /// Values of the drawn points for the script: six significant digits; indices where they are not 0, 1, 2 and so on.

@@ -47,6 +47,14 @@ fn print_cost(record: &RunRecord) {
         record.stored_energy_error,
         record.penetration_mm
     );
+    if let Some(error) = &record.increment_error {
+        out!(
+            "  errors from the length of increments: about {:.1} % of the work, at most {:.1} % of the force (increment {})",
+            100.0 * error.of_work,
+            100.0 * error.largest,
+            error.increment
+        );
+    }
 }
 
 /// Prints thickness, strains and springback.

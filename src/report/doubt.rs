@@ -176,6 +176,10 @@ codes! {
     EnergyBalance "energy-balance" "result"
         "1 % of the work"
         "Work done and energy found do not agree: increments are too long.";
+    /// Increments in which the plastic flow or the friction turns too far.
+    IncrementsTooLong "increments-too-long" "result"
+        "forces lack 5 % of the work"
+        "Plastic flow or friction turns too far within increments: forces are too low.";
     /// Localised necking.
     LocalisedNecking "localised-necking" "result"
         "process force past its maximum while a band thins and its neighbours unload"

@@ -188,6 +188,11 @@ fn check_solver(solver: &SolverLimits) -> Result<(), Fault> {
     if !(step > 0.0 && step <= 1.0) {
         return fault("smallest_increment", &step, "above 0, at most 1");
     }
+    if let Some(error) = solver.increment_error
+        && !(error > 0.0 && error <= 0.5)
+    {
+        return fault("increment_error", &error, "above 0, at most 0.5");
+    }
     let transition = solver.friction_transition;
     if !(0.0..1.0).contains(&transition) {
         return fault("friction_transition", &transition, "0 to 1");

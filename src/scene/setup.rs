@@ -88,6 +88,7 @@ impl Plan {
             force_tolerance: given.force_tolerance,
             smallest_step: given.smallest_increment,
             increments: given.increments,
+            increment_error: given.increment_error,
             friction_transition: given.friction_transition,
             contact: given.contact,
             ..Limits::default()

@@ -357,6 +357,10 @@ pub struct SolverLimits {
     pub smallest_increment: f64,
     /// Largest number of increments of the run.
     pub increments: usize,
+    /// Largest relative error of the forces from the length of an increment, above 0, at most 0.5; estimated where plastic
+    /// flow and friction turn within an increment. By default the length of increments follows the iterations alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub increment_error: Option<f64>,
     /// Slip in an increment over which friction rises to the Coulomb limit, as a fraction of the longest element edge. 0
     /// separates stick from slip exactly, takes many times the iterations and may not converge; 1e-8 is practically the
     /// same and as fast as the default.
@@ -381,6 +385,7 @@ impl Default for SolverLimits {
             wanted_iterations: limits.wanted_iterations,
             smallest_increment: limits.smallest_step,
             increments: limits.increments,
+            increment_error: limits.increment_error,
             friction_transition: FRICTION_TRANSITION,
             contact: limits.contact,
             increments_of: None,

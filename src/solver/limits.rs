@@ -21,6 +21,9 @@ pub struct Limits {
     /// Slip in an increment over which friction rises to the Coulomb force, over the longest element edge; 0: exact
     /// stick and slip. See [`crate::contact::friction::Coulomb`].
     pub friction_transition: f64,
+    /// Relative error of the forces from the length of an increment, > 0, above which increments are shortened; `None`:
+    /// their length follows the iterations alone.
+    pub increment_error: Option<f64>,
     /// Method of contact enforcement.
     pub contact: ContactMethod,
 }
@@ -70,6 +73,7 @@ impl Default for Limits {
             smallest_step: 1e-4,
             increments: 100_000,
             friction_transition: 0.0,
+            increment_error: None,
             contact: ContactMethod::Exact,
         }
     }

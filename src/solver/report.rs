@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::numbers::COUNT_MAX;
 use crate::solver::active_set::over_edge::OverEdge;
-use crate::solver::assembly::Body;
+use crate::solver::assembly::{Body, WorkError};
 use crate::solver::contact::face_penetration::FacePenetration;
 use crate::solver::newton::record::IterationRecord;
 use crate::solver::system::timings::Timings;
@@ -39,6 +39,9 @@ pub struct Energies {
     /// Maximum of the external or internal work over all increments.
     #[serde(default)]
     pub largest_work: f64,
+    /// Sum over the increments of the work that they lack because of their length, and of all work; both estimated.
+    #[serde(default)]
+    pub increment_errors: WorkError,
 }
 
 impl Energies {

@@ -10,6 +10,8 @@ const NODE_PENETRATION_MAX_REL: f64 = 0.05;
 const UNACCOUNTED_ENERGY_MAX_REL: f64 = 0.01;
 /// Unaccounted energy of one increment over the work of the whole run, below which it is ignored.
 const UNACCOUNTED_ENERGY_IGNORED_REL: f64 = 1e-3;
+/// Work that forces lack because of the length of the increments over all work, above which a doubt is raised.
+const INCREMENT_ERROR_MAX_REL: f64 = 0.05;
 /// Work of the remaining forces of released tools over all work, above which a doubt is raised.
 const RELEASED_FORCE_WORK_MAX_REL: f64 = 0.02;
 /// Artificial (hourglass) energy over the work, above which a doubt is raised.
@@ -35,6 +37,7 @@ impl RunRecord {
             self.overhang(),
             self.released_force_work(),
             self.energy_not_accounted_for(),
+            self.increments_too_long(),
             self.localised_thinning(),
             self.thickness_below_half(),
             self.holder_lifted(),
@@ -293,6 +296,22 @@ impl RunRecord {
                 ),
             )
         })
+    }
+
+    fn increments_too_long(&self) -> Option<Doubt> {
+        let error = self.increment_error.filter(|e| e.of_work > INCREMENT_ERROR_MAX_REL)?;
+        Some(Doubt::of(
+            DoubtCode::IncrementsTooLong,
+            format!("increment {}", error.increment),
+            [error.of_work, INCREMENT_ERROR_MAX_REL],
+            format!(
+                "Forces are too low because of the length of the increments: they lack about {:.0} % of the work ({:.0} % allowed), {:.0} % in increment {}. Give `solver.increment_error`, for example 0.01.",
+                100.0 * error.of_work,
+                100.0 * INCREMENT_ERROR_MAX_REL,
+                100.0 * error.largest,
+                error.increment
+            ),
+        ))
     }
 
     fn holder_lifted(&self) -> Option<Doubt> {

@@ -30,10 +30,10 @@ pub use origin::{ExcludedPatchesRecord, Process};
 pub use quality::Quality;
 pub use section::{SectionRecord, WallRecord};
 pub use sheet::{
-    FacePenetrationRecord, HolderLiftRecord, HourglassRecord, InsideToolRecord, MaximumForceRecord,
-    NeckingKind, NeckingRecord, OverhangRecord, PlasticStrainRecord, SelfPenetrationRecord,
-    SpringbackRecord, StrainRecord, ThicknessRecord, ThroughThicknessShearRecord,
-    UnaccountedEnergyRecord,
+    FacePenetrationRecord, HolderLiftRecord, HourglassRecord, IncrementErrorRecord,
+    InsideToolRecord, MaximumForceRecord, NeckingKind, NeckingRecord, OverhangRecord,
+    PlasticStrainRecord, SelfPenetrationRecord, SpringbackRecord, StrainRecord, ThicknessRecord,
+    ThroughThicknessShearRecord, UnaccountedEnergyRecord,
 };
 
 /// How a run ended.
@@ -134,6 +134,9 @@ pub struct RunRecord {
     /// same work as `energy_error`. It decreases with the length of the increments.
     #[serde(default)]
     pub stored_energy_error: f64,
+    /// Estimated error of the forces from the length of the increments; absent in files of older programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub increment_error: Option<IncrementErrorRecord>,
     /// Work that forces of released tools did on the sheet [N mm]; negative where it springs back against them.
     #[serde(default)]
     pub released_force_work_nmm: f64,

@@ -111,6 +111,10 @@ impl RunFolder {
         let unstored = (e.internal - e.stored()).abs();
         record.stored_energy_error =
             if reference_work > 0.0 { unstored / reference_work } else { 0.0 };
+        let sums = [e.increment_errors.lacking, e.increment_errors.work];
+        let increment_error = record.increment_error.get_or_insert_default();
+        let rounding = report.rounding_work.max(f64::MIN_POSITIVE);
+        increment_error.update(report.increment, sums, !report.free, rounding);
         record.work_nmm = work;
         record.released_force_work_nmm = e.released_forces;
         record.artificial_energy_nmm = e.artificial;

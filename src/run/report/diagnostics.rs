@@ -45,9 +45,22 @@ fn errors(r: &RunRecord) -> Vec<Row> {
         ("force residual", format!("{:.1e} of the largest", r.force_error)),
         ("unaccounted energy", format!("{:.2e} of the work done", r.energy_error)),
         ("internal work not stored", format!("{:.2e} of the work done", r.stored_energy_error)),
+        ("forces, from the length of increments", increments(r)),
         ("artificial (hourglass) energy", format!("{} N mm", four_digits(r.artificial_energy_nmm))),
         ("volume error", volume),
     ]
+}
+
+/// Estimated error from the length of the increments.
+fn increments(r: &RunRecord) -> String {
+    r.increment_error.map_or("-".into(), |e| {
+        format!(
+            "about {:.1} % of the work, {:.1} % of the force in increment {}",
+            100.0 * e.of_work,
+            100.0 * e.largest,
+            e.increment
+        )
+    })
 }
 
 fn stability(r: &RunRecord) -> Vec<Row> {

@@ -9,6 +9,7 @@ use crate::solver::report::{Control, IncrementReport};
 use crate::solver::stage::branch::{BRANCH_STEP_FACTOR, Doubt, Found, LIMIT_POINT_STEP_RATIO};
 use crate::solver::stage::description::Stage;
 use crate::solver::stage::energy::{jumps, released_forces_work};
+use crate::solver::stage::increment_error::{AllowedError, increment_error};
 use crate::solver::stage::start::{begin, release_tools};
 use crate::solver::stage::state::{Simulation, UnderWay};
 use crate::solver::stage::step_size::{Endurance, Pace};
@@ -57,6 +58,8 @@ struct Tried {
     followed: bool,
     /// Viscous stabilisation did not converge. It is not used again: shorter steps have the same difficulty.
     lost: bool,
+    /// The increment was repeated because its error was far above the allowed one.
+    repeated: bool,
     /// Step-size control at the first equilibrium that was unstable or reached by a snap-through.
     doubted: Option<Pace>,
 }
@@ -84,6 +87,10 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
         let patience = if tried.lost { all } else { patience };
         let (refused, error) = match attempt_and_judge(sim, now, &tried, target, patience)? {
             Attempt::Accepted(stats) => return Ok(stats),
+            Attempt::TooLong(error) => {
+                repeat_shorter(sim, now, (target, error), &mut tried)?;
+                continue;
+            }
             Attempt::Refused(found) => (Some(found), None),
             Attempt::NotConverged(error) => (None, Some(error)),
         };
@@ -112,6 +119,8 @@ enum Attempt {
     Accepted(NewtonStats),
     /// Equilibrium that is unstable or was reached by a jump, not accepted so far.
     Refused(Found),
+    /// Equilibrium with this error, far above the allowed one.
+    TooLong(f64),
     /// No equilibrium.
     NotConverged(SimulationError),
 }
@@ -137,11 +146,51 @@ fn attempt_and_judge(
             if !is_taken(found, now, tried) {
                 return Ok(Attempt::Refused(found));
             }
+            let error = error_to_judge(sim, now);
+            if let Some((allowed, error)) = error
+                && !tried.repeated
+                && allowed.is_far_exceeded(error)
+            {
+                return Ok(Attempt::TooLong(error));
+            }
             take(sim, now, target, &stats, found);
+            if let Some((allowed, error)) = error {
+                limit_step(sim, now, allowed.next_step(target - share, error));
+            }
             Ok(Attempt::Accepted(stats))
         }
         Err(cause) => Ok(Attempt::NotConverged(gave_up(sim, stage, share, target - share, cause))),
     }
+}
+
+/// Allowed error of an increment and that of the current one, if the length of the increments follows it.
+fn error_to_judge(sim: &Simulation, now: &UnderWay) -> Option<(AllowedError, f64)> {
+    let allowed = AllowedError(sim.limits.increment_error?);
+    let is_prescribed = !sim.stages[now.plan.stage].ends.is_empty();
+    let error = || increment_error(sim, &sim.sys.candidate_forces()).relative();
+    (!is_prescribed).then(|| (allowed, error()))
+}
+
+/// Restores the start of an increment up to `target` with this error, and shortens the step.
+fn repeat_shorter(
+    sim: &mut Simulation,
+    now: &mut UnderWay,
+    (target, error): (f64, f64),
+    tried: &mut Tried,
+) -> Result<(), SimulationError> {
+    sim.summary.iterations += sim.history.len().saturating_sub(1);
+    sim.summary.cuts += 1;
+    restore(sim);
+    let allowed = AllowedError(sim.limits.increment_error.unwrap_or(f64::INFINITY));
+    limit_step(sim, now, allowed.next_step(target - now.share, error));
+    tried.repeated = true;
+    heed(sim)
+}
+
+/// Limits the next step, but not below that of a limit point. Errors that do not fall with the step, as where the sheet
+/// strikes tool after tool, would shorten it without end.
+fn limit_step(sim: &Simulation, now: &mut UnderWay, step: f64) {
+    now.pace.limit(step.max(LIMIT_POINT_STEP_RATIO * sim.stages[now.plan.stage].first()));
 }
 
 /// Returns [`SimulationError::Stopped`] if cancellation was requested.

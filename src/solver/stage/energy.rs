@@ -1,5 +1,6 @@
 //! Work of an increment by the trapezoidal rule, and the part that the sheet does not store.
 
+use super::increment_error::increment_error;
 use super::plan::Plan;
 use super::state::{Committed, Simulation};
 use crate::contact::friction::COULOMB_SLIP_RATIO;
@@ -145,7 +146,7 @@ pub(in crate::solver) fn jumps(sim: &Simulation) -> bool {
 
 /// Adds the work of the increment before it is committed; returns whether a snap-through occurred.
 pub(in crate::solver) fn add_work(sim: &mut Simulation, forces: &[Force]) -> bool {
-    let work = Work::of(sim, forces);
+    let (work, error) = (Work::of(sim, forces), increment_error(sim, forces));
     let dropped = sim.committed.dropped;
     let jump = if dropped { Some(work.set_free()) } else { work.jump(sim.energies.largest_work) };
     let jump = jump.filter(|lost| *lost > sim.rounding_work());
@@ -153,6 +154,7 @@ pub(in crate::solver) fn add_work(sim: &mut Simulation, forces: &[Force]) -> boo
     e.internal += if dropped { work.stored } else { work.internal - jump.unwrap_or(0.0) };
     e.released_elastic += jump.unwrap_or(0.0);
     e.friction += work.friction;
+    e.increment_errors = e.increment_errors.plus(error);
     e.external += work.external;
     e.elastic = whole * sim.sys.eval.elastic_energy;
     e.plastic = whole * sim.sys.eval.plastic_work;

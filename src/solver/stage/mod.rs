@@ -5,6 +5,7 @@
 pub(super) mod branch;
 pub(super) mod description;
 pub(super) mod energy;
+pub(super) mod increment_error;
 pub(super) mod plan;
 pub(super) mod start;
 pub(super) mod state;

@@ -62,6 +62,11 @@ impl Pace {
         self.ceiling = self.ceiling.map(|c| 1.15 * c);
     }
 
+    /// Limits the next step by the error of the increment.
+    pub(in crate::solver) fn limit(&mut self, step: f64) {
+        self.step = self.step.min(step);
+    }
+
     pub(in crate::solver) fn failed(&mut self, step: f64) {
         self.failures += 1;
         self.ceiling = Some(0.7 * step);

@@ -13,6 +13,7 @@ mod followed;
 mod going_back;
 mod hanging;
 mod held;
+mod increment_error;
 mod passage;
 mod pressed;
 mod refined_disc;

@@ -12,7 +12,7 @@ use crate::solver::sheet::hex_mesh::{HexMesh, quarter_disc, thickened};
 use crate::solver::sheet::refine::{Refinement, plan_elements};
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Motion, Placement, SheetSide, Simulation,
-    ToolSetup,
+    SimulationSetup, ToolSetup,
 };
 
 /// Radius of the disc [mm].
@@ -21,7 +21,7 @@ const RADIUS: f64 = 60.0;
 const FORCE: f64 = 40.0;
 
 /// A disc with `core` and `2 core` rings of elements, those within `radius` [mm] of its centre split once.
-fn disc(core: usize, radius: f64) -> HexMesh {
+pub(super) fn disc(core: usize, radius: f64) -> HexMesh {
     let (points, quads) = quarter_disc(RADIUS, core, 2 * core);
     let base = thickened(&points, &quads, 0.8, 1);
     let near = |quad: &[u32; 4]| {
@@ -33,8 +33,8 @@ fn disc(core: usize, radius: f64) -> HexMesh {
     Refinement::balanced(quads, levels).mesh(&base, Some(RADIUS))
 }
 
-/// Force on the quarter at 1 mm travel [N].
-fn force(mesh: HexMesh) -> f64 {
+/// A disc stretched by a ball over `travel` [mm], in steps of at most `step` [mm].
+pub(super) fn stretched(mesh: HexMesh, [travel, step]: [f64; 2]) -> SimulationSetup {
     let steel: MaterialCard = serde_json::from_str(
         r#"{"name": "steel", "young_mpa": 210000.0, "poisson": 0.3, "yield": {"criterion": "von-mises"},
         "hardening": {"law": "swift", "k": 529.5, "eps0": 0.00439, "n": 0.268}}"#,
@@ -51,15 +51,20 @@ fn force(mesh: HexMesh) -> f64 {
     let ball = [arc(8, [0.0, 50.0], 50.0, [-FRAC_PI_2, -FRAC_PI_4], 1.0)];
     let ball = tool("ball", revolved("ball", 8, FRAC_PI_2, &ball), -Vec3::z(), SheetSide::Top, 0.1);
     let tools = vec![ToolSetup { placement: Placement::Touch, ..ball }];
-    let mut down = stage("down", vec![Motion::Travel(Curve::to(1.0))], 0.1);
-    down.largest_step = 0.1;
+    let mut down = stage("down", vec![Motion::Travel(Curve::to(travel))], 0.1 / travel);
+    down.largest_step = step / travel;
     let kind = ElementKind::SolidShell { points: 5, membrane: true };
     let body = Body::new(mesh, kind, steel.build(0.0).unwrap()).unwrap();
     let mut all = setup(body, constraints, tools, vec![down]);
     all.limits.friction_transition = 1e-5;
     all.limits.force_tolerance = 1e-6;
+    all
+}
+
+/// Force on the quarter at 1 mm travel [N].
+fn force(mesh: HexMesh) -> f64 {
     let mut force = 0.0;
-    let mut sim = Simulation::new(all).unwrap();
+    let mut sim = Simulation::new(stretched(mesh, [1.0, 0.1])).unwrap();
     sim.run(&mut |r: &IncrementReport<'_>| {
         force = r.tools[0].force;
         Control::Continue

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::body::Body;
 use crate::solver::material::{HistoryLayout, LogState};
-use crate::solver::numbers::tensor::Mandel;
+use crate::solver::numbers::tensor::{Mandel, dot};
 
 /// Work of an increment and the part of it that is in error, both not negative [N mm].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -98,10 +98,6 @@ fn point_error(layout: &HistoryLayout, old: &LogState, new: &LogState) -> WorkEr
 fn split(tensor: &Mandel) -> (Mandel, f64) {
     let mean = (tensor[0] + tensor[1] + tensor[2]) / 3.0;
     (std::array::from_fn(|k| if k < 3 { tensor[k] - mean } else { tensor[k] }), mean)
-}
-
-fn dot(a: &Mandel, b: &Mandel) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

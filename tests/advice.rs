@@ -383,4 +383,18 @@ fn layers_and_points_that_are_too_few_for_bending_are_told() {
     let words = "may have an error of a third";
     assert!(points(1, 5).contains(words), "{}", points(1, 5));
     assert!(!points(1, 9).contains(words) && !points(2, 5).contains(words));
+    // Fourteen thicknesses, where six points are enough: seven are too many and less accurate, in one note.
+    let thin = |points: usize| {
+        told(folder, "u-draw.scene.json", |scene| {
+            scene["blank"]["thickness_mm"] = json!(0.5);
+            scene["blank"]["layers"] = json!(1);
+            scene["blank"]["element"] = json!({"solid-shell": {"points": points}});
+            let release = json!({"release": true});
+            let drive = json!({"die": release, "holder": release, "punch": release});
+            scene["stages"].as_array_mut().unwrap().push(json!({"name": "off", "drive": drive}));
+        })
+    };
+    let notes = |points| thin(points).matches("points through the thickness").count();
+    assert_eq!([notes(6), notes(7), notes(8)], [0, 1, 1], "{}", thin(7));
+    assert!(thin(7).contains("is 2 to 3 % low") && thin(8).contains("6 are enough here"));
 }

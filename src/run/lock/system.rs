@@ -13,6 +13,7 @@ pub(super) enum Kind {
 
 /// Result of an attempt to lock a file without waiting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(unix), allow(dead_code, reason = "locks of other systems are not used"))]
 pub(super) enum SystemLock {
     /// Locked until the file is closed.
     Acquired,

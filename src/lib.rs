@@ -11,7 +11,8 @@
 //! - [`audit`]: the shape error of a tool model against its CAD (Eq. 24); [`solver`]: the forming solver
 //! - [`mesh`]: surface meshes of a CAD model; [`report`]: what people look at; [`contact`]: closest point on a tool
 //! - [`cad`]: IGES and STEP become trimmed NURBS faces; [`tool`]: Nagata and Bezier patches and the tool file
-//! - [`geometry`]: vectors, boxes, NURBS; [`files`]: reading and writing whole files; [`cancel`]: requests to stop
+//! - [`geometry`]: vectors, boxes, NURBS; [`files`]: reading and writing whole files; [`cancel`]: requests to stop; [`progress`]: how far
+//!   an operation is
 //!
 //! Everything inside is in mm, N, MPa, s and rad; units are converted where a file is read.
 //! `contact` and `solver` know tool files only: they never see `cad`, `mesh`, `convert` or `audit`.
@@ -38,6 +39,7 @@ pub mod files;
 pub mod geometry;
 pub mod mesh;
 pub mod prelude;
+pub mod progress;
 pub mod report;
 pub mod run;
 pub mod scene;

@@ -20,7 +20,7 @@ const FLOORS: [&[&str]; 9] = [
     &["solver", "mesh"],
     &["report", "contact"],
     &["cad", "tool"],
-    &["geometry", "files", "cancel"],
+    &["geometry", "files", "cancel", "progress"],
 ];
 
 /// Rooms of the solver from the top: an import points down this list.

@@ -116,8 +116,13 @@ fn so_it_is_of_models_whose_error_has_two_sides() {
     let refined = to_tolerance(&model, &MappedOptions::default(), &options, &goal).unwrap();
     check("die to a tolerance", &refined.tool, &model);
     let size = MappedOptions { arc_divisions: 1, ..MappedOptions::default() };
-    let options =
-        BezierOptions { name: "b".into(), tolerance_mm: 0.05, sheet_side: None, flip: false };
+    let options = BezierOptions {
+        name: "b".into(),
+        tolerance_mm: 0.05,
+        sheet_side: None,
+        flip: false,
+        progress: Default::default(),
+    };
     let (tool, _) = bezier_from_cad(&model, &mesh(&model, &size).unwrap(), &options).unwrap();
     check("die, Bezier", &tool, &model);
 }

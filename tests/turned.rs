@@ -95,8 +95,13 @@ fn the_normal_at_the_pole_is_the_axis() {
 
 #[test]
 fn bezier_patches_of_them_are_within_their_tolerance() {
-    let options =
-        BezierOptions { name: "tool".into(), tolerance_mm: 1e-4, sheet_side: None, flip: false };
+    let options = BezierOptions {
+        name: "tool".into(),
+        tolerance_mm: 1e-4,
+        sheet_side: None,
+        flip: false,
+        progress: Default::default(),
+    };
     // Four patches fold at the poles of the quarter of an ellipsoid and six at that of the tilted dome.
     for (file, _) in
         SOLIDS.iter().filter(|s| !["ellipsoid_90.stp", "dome_tilted_144.igs"].contains(&s.0))

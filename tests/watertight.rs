@@ -110,8 +110,13 @@ fn bezier_neighbours_share_control_points_to_the_bit() {
     for file in ["cross/die.igs", "forming/hemi_punch_AP214.stp", "forming/square_punch_144.igs"] {
         let model = read(file);
         let size = MappedOptions { arc_divisions: 2, ..MappedOptions::default() };
-        let options =
-            BezierOptions { name: "t".into(), tolerance_mm: 1e-3, sheet_side: None, flip: false };
+        let options = BezierOptions {
+            name: "t".into(),
+            tolerance_mm: 1e-3,
+            sheet_side: None,
+            flip: false,
+            progress: Default::default(),
+        };
         let (tool, _) = bezier_from_cad(&model, &mesh(&model, &size).unwrap(), &options).unwrap();
         let bits = |p: &Vec3| [p.x, p.y, p.z].map(|x| (x + 0.0).to_bits());
         let mut known: BTreeMap<Vec<[u64; 3]>, usize> = BTreeMap::new();

@@ -121,6 +121,7 @@ fn converted(bytes: &[u8], to_bezier: bool) -> Outcome {
         tolerance_mm: 1e-3 * size,
         sheet_side: None,
         flip: false,
+        progress: Default::default(),
     };
     let bezier = bezier_from_cad(&model, &mesh, &options);
     let bezier = bezier.map_err(words).and_then(|(tool, _)| audited(&model, &tool));

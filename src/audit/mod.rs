@@ -109,12 +109,18 @@ pub(crate) fn audit_from(
     let probe = |((patch, &face), &start)| Probe { patch, face, reference, sign, start };
     let probes: Vec<Probe<'_, _>> =
         tool.patches.iter().zip(&tool.faces).zip(&starts).map(probe).collect();
-    let samples: Vec<PatchSamples> =
-        probes.par_iter().map(|p| PatchSamples::new(p, options.samples)).collect();
+    let stage = options.progress.stage("audit, points", "patches", probes.len() as u64);
+    let sampled = |probe| {
+        let samples = PatchSamples::new(probe, options.samples);
+        stage.add(1);
+        samples
+    };
+    let samples: Vec<PatchSamples> = probes.par_iter().map(sampled).collect();
     if let Some(patch) = samples.iter().position(|s| s.valid().next().is_none()) {
         return Err(AuditError::Incomparable { patch });
     }
     let extremes = refine::extremes(&probes, &samples, options);
+    let _stage = options.progress.stage("audit, borders", "", 0);
     let (jumps, free) = jumps::find(tool, reference, options.samples);
     let compared =
         options.borders.then(|| borders::compare(tool, reference, &free, options.samples));

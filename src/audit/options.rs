@@ -1,5 +1,7 @@
 //! Options of an audit.
 
+use crate::progress::Progress;
+
 /// Options of an audit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AuditOptions {
@@ -19,6 +21,8 @@ pub struct AuditOptions {
     pub tolerance_mm: Option<f64>,
     /// Allowed normal error [degrees].
     pub normal_tolerance_deg: Option<f64>,
+    /// Where the progress is reported.
+    pub progress: Progress,
 }
 
 impl Default for AuditOptions {
@@ -32,6 +36,7 @@ impl Default for AuditOptions {
             worst: 10,
             tolerance_mm: None,
             normal_tolerance_deg: None,
+            progress: Progress::default(),
         }
     }
 }

@@ -94,10 +94,13 @@ pub(super) fn extremes<R: ReferenceSurface>(
         return found;
     }
     let work = candidates(probes, samples, options);
-    let refined: Vec<Option<Sample>> = work
-        .par_iter()
-        .map(|(e, floor)| search(&probes[e.patch], &samples[e.patch], e, *floor))
-        .collect();
+    let stage = options.progress.stage("audit, extremes", "searches", work.len() as u64);
+    let refine = |(e, floor): &(Estimate, f64)| {
+        let sample = search(&probes[e.patch], &samples[e.patch], e, *floor);
+        stage.add(1);
+        sample
+    };
+    let refined: Vec<Option<Sample>> = work.par_iter().map(refine).collect();
     for ((e, _), sample) in work.iter().zip(refined) {
         let (Some(sample), Some(own)) = (sample, found.get_mut(e.patch)) else { continue };
         match e.quantity {

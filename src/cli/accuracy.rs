@@ -6,13 +6,13 @@ use indicatif::ProgressBar;
 
 use super::exit::{Exit, Failure};
 use super::progress_bar::{progress_bar, show};
-use super::terminal::{err, out, put};
-use crate::accuracy::{AccuracyError, Limits, Model, Observer, run_to_accuracy};
+use super::terminal::{end_bar, err, out, put};
+use crate::accuracy::{AccuracyError, Limits, Model, Observer, run_into};
 use crate::report::record::{AccuracyRecord, RunRecord};
 use crate::run::folder::row;
 use crate::run::progress_line::{HEADER, json_line, line};
 use crate::run::report::write_from_files;
-use crate::run::{Progress, RunError, RunOptions, lock_folder};
+use crate::run::{Progress, RunError};
 use crate::scene::Plan;
 use crate::scene::accuracy::Accuracy;
 use crate::scene::set_value::SetValue;
@@ -86,7 +86,7 @@ impl Observer for Terminal<'_> {
         self.bar.set_position(0);
         if !self.request.quiet {
             let known = if known { " (done before)" } else { "" };
-            self.bar.suspend(|| out!("run {number}, {purpose}: {model}{known}"));
+            out!("run {number}, {purpose}: {model}{known}");
             if self.request.lines {
                 out!("{HEADER}");
             }
@@ -103,7 +103,7 @@ impl Observer for Terminal<'_> {
     }
 
     fn failed(&mut self, why: &str) {
-        self.bar.suspend(|| err!("note: it did not converge: {why}"));
+        err!("note: it did not converge: {why}");
     }
 }
 
@@ -123,23 +123,15 @@ impl From<AccuracyError> for Failure {
 /// Runs the sequence and returns the record of its best run, with the estimated errors.
 pub(super) fn run(request: &Request<'_>, plan: &Plan) -> Result<RunRecord, Failure> {
     let output = request.output;
-    let options = RunOptions {
-        overwrite: request.limits.overwrite,
-        break_lock: request.limits.break_lock,
-        ..RunOptions::default()
-    };
-    let lock = lock_folder(output, &options)?;
     let mut terminal = Terminal {
         request,
         bar: progress_bar(request.quiet || request.lines),
         tools: plan.scene.tools.iter().map(|tool| tool.name.clone()).collect(),
     };
-    let folder = output.join(crate::accuracy::RUNS);
     let Request { scene, set, accuracy, ref limits, .. } = *request;
-    let ended = run_to_accuracy(scene, set, accuracy, &folder, limits, &mut terminal);
-    terminal.bar.finish_and_clear();
-    let record = ended?.publish(output)?;
-    drop(lock);
+    let ended = run_into(scene, set, accuracy, output, limits, &mut terminal);
+    end_bar(&terminal.bar);
+    let record = ended?;
     if request.page {
         write_from_files(output)?;
     }

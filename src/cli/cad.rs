@@ -7,8 +7,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use super::exit::{EXIT_HELP, finish};
 use super::threads::use_threads;
 use super::{
-    audit, convert, init, inspect, material, mesh, report, run_scene, schema, shell, solve, stop,
-    study,
+    audit, color, convert, init, inspect, material, mesh, report, run_scene, schema, shell, solve,
+    stop, study,
 };
 
 /// Turns the CAD of a forming die into smooth, audited tool models.
@@ -18,6 +18,8 @@ struct Kanagata {
     /// Threads to use; results are the same for any number of them.
     #[arg(long, global = true, value_name = "N")]
     threads: Option<usize>,
+    #[command(flatten)]
+    color: color::ColorArgs,
     #[command(subcommand)]
     command: Command,
 }
@@ -55,7 +57,7 @@ enum Command {
 /// Runs the program with the arguments of the process.
 #[must_use]
 pub fn main() -> ExitCode {
-    let arguments = Kanagata::parse();
+    let arguments: Kanagata = color::parse();
     stop::listen();
     if let Err(failure) = use_threads(arguments.threads) {
         return finish(Err(failure));

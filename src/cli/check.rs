@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::doubts::options;
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::paths::input_path;
 use super::remedy::remedy;
 use super::terminal::{out, out_json};
 use crate::report::digits::four_digits;
@@ -29,7 +30,8 @@ use crate::solver::reach::{exclude_unreachable, reachable};
     Findings have a level: error (run refuses the scene, exit code 2), doubt (a run ends and its result must not be trusted as it\n\
     is, exit code 1; docs/reference/doubts.md), note (a choice that costs accuracy or time). They are sorted by level and effect.\n\n{EXIT_HELP}"))]
 pub struct CheckArgs {
-    /// Scene file
+    /// Scene file; - for standard input, with the files it names relative to the current folder
+    #[arg(value_parser = input_path)]
     scene: PathBuf,
     /// Set a value of the scene, as for `run`
     #[arg(long, value_name = "PATH=VALUE")]

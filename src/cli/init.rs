@@ -9,6 +9,7 @@ use clap::ValueEnum;
 use super::convert::named_bodies;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::output_clash::refuse_clashes;
+use super::paths::output_path;
 use super::quantity::length_mm;
 use super::read::{LostFaces, read_model};
 use super::terminal::{err, out};
@@ -17,6 +18,7 @@ use crate::contact::ToolSurface;
 use crate::convert::ConvertOptions;
 use crate::convert::select::choose;
 use crate::convert::unfolded::{UnfoldedError, mesh_and_convert};
+use crate::files::standard::is_stdout;
 use crate::files::{FileKind, Input, write_atomic};
 use crate::mesh::mapped::MappedOptions;
 use crate::run::propose::{GivenTool, Layout, PartKind, Wishes, propose, template};
@@ -65,8 +67,8 @@ pub struct InitArgs {
     /// Kind of the part; without tools a template of this kind
     #[arg(long, value_enum)]
     kind: Option<Kind>,
-    /// The scene to write
-    #[arg(short, long, value_name = "FILE")]
+    /// The scene to write; - for standard output
+    #[arg(short, long, value_name = "FILE", value_parser = output_path)]
     output: PathBuf,
     /// Thickness of the sheet
     #[arg(long, value_name = "LENGTH", value_parser = length_mm, default_value = "1mm")]
@@ -114,8 +116,11 @@ pub fn run(args: &InitArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-/// Name of a scene: its file name without `.scene.json`.
+/// Name of a scene: its file name without `.scene.json`; `part` for standard output.
 fn name_of(path: &Path) -> String {
+    if is_stdout(path) {
+        return "part".into();
+    }
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let stem = name.strip_suffix(".json").unwrap_or(&name);
     stem.strip_suffix(".scene").unwrap_or(stem).to_owned()
@@ -222,6 +227,9 @@ fn print(layout: &Layout, scene: &Path) {
         err!(
             "note: {name} has no drive and stands where it touches the sheet; give it one in the stages"
         );
+    }
+    if is_stdout(scene) {
+        return;
     }
     out!("  {}", scene.display());
     out!("next, after reading the comments in the scene:");

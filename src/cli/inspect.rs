@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::paths::input_path;
 use super::select::SelectArgs;
 use super::terminal::{out_json, out_lines};
 use crate::cad::Creases;
@@ -15,7 +16,8 @@ use crate::cad::inspect::{Inspection, Tree, inspect, tree};
     kanagata inspect fixtures/bodies/press.stp --tree\n  \
     kanagata inspect fixtures/bodies/press.stp --bodies die --facing +z --list\n\n{EXIT_HELP}"))]
 pub struct InspectArgs {
-    /// IGES or STEP file
+    /// IGES or STEP file; - for standard input
+    #[arg(value_parser = input_path)]
     file: PathBuf,
     /// List bodies, layers and colours with the numbers of their faces; faces are split at creases as for a tool
     #[arg(long)]

@@ -1,4 +1,4 @@
-//! `kanagata material list`, `kanagata material show NAME|FILE [--html FILE]` and `kanagata material fit FILE`.
+//! `kanagata material list`, `kanagata material show NAME|FILE [--json] [--html FILE]` and `kanagata material fit FILE`.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,9 @@ use clap::Subcommand;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::fit;
 use super::output_clash::refuse_clashes;
-use super::terminal::{out, out_lines};
+use super::paths::input_path;
+use super::terminal::{out, out_json, out_lines};
+use crate::files::standard::is_stdin;
 use crate::report::page::Page;
 use crate::report::plot::{Plot, Series};
 use crate::scene::read::parse_card;
@@ -30,15 +32,20 @@ enum MaterialCommand {
     List,
     /// Show a card: checks, r values, yield ratios, hardening curve
     Show {
-        /// Name of a card in the program, or a JSON file
+        /// Name of a card in the program, or a JSON file; - for standard input
         card: String,
+        /// Print the card as JSON, complete and ready for a scene
+        #[arg(long, conflicts_with = "html")]
+        json: bool,
         /// Also write a page with the hardening curve and the yield locus
         #[arg(long, value_name = "FILE")]
         html: Option<PathBuf>,
     },
     /// Fit a hardening law to a measured, noisy curve (a table must not fall)
     Fit {
-        /// Plastic strain and true stress [MPa]: two columns of text, or a card or scene with a `table`
+        /// Plastic strain and true stress [MPa]: two columns of text, or a card or scene with a `table`; - for standard
+        /// input
+        #[arg(value_parser = input_path)]
         curve: PathBuf,
         /// Law to print; default: the best fit
         #[arg(long, value_enum)]
@@ -63,31 +70,41 @@ pub fn run(args: &MaterialArgs) -> Result<Exit, Failure> {
             }
         }
         MaterialCommand::Fit { curve, law } => return fit::run(curve, *law),
-        MaterialCommand::Show { card, html } => {
-            refuse_clashes(&[Path::new(card)], &[("--html", html.as_deref())])?;
-            let (name, card) = (card, load(card)?);
-            let refused = |error: CardError| {
-                // The name of the card need not tell its file.
-                let file = Path::new(name).is_file();
-                let place = if file { format!("{name}: ") } else { String::new() };
-                Failure::input(format!("{place}{error}"))
-            };
-            card.build(0.0).map_err(refused)?;
-            let function = card.yield_function().map_err(refused)?;
-            out_lines!(text_of(&card, function.as_ref()).trim_end());
-            if let Some(path) = html {
-                page(&card, function.as_ref()).write(path)?;
-                out!("page: {}", path.display());
-            }
+        MaterialCommand::Show { card, json, html } => {
+            let file = input_path(card).map_err(Failure::input)?;
+            refuse_clashes(&[&file], &[("--html", html.as_deref())])?;
+            show(card, &file, *json, html.as_deref())?;
         }
     }
     Ok(Exit::Done)
 }
 
-/// A file if it exists, otherwise a card of the library.
-fn load(name: &str) -> Result<MaterialCard, Failure> {
-    let path = Path::new(name);
-    if !path.is_file() {
+/// Shows a checked card: as text, as JSON, as a page.
+fn show(name: &str, file: &Path, json: bool, html: Option<&Path>) -> Result<(), Failure> {
+    let card = load(name, file)?;
+    let refused = |error: CardError| {
+        // The name of the card need not tell its file.
+        let is_file = is_stdin(file) || file.is_file();
+        let place = if is_file { format!("{}: ", file.display()) } else { String::new() };
+        Failure::input(format!("{place}{error}"))
+    };
+    card.build(0.0).map_err(refused)?;
+    let function = card.yield_function().map_err(refused)?;
+    if json {
+        out_json!("{}", serde_json::to_string_pretty(&card).map_err(Failure::input)?);
+        return Ok(());
+    }
+    out_lines!(text_of(&card, function.as_ref()).trim_end());
+    if let Some(path) = html {
+        page(&card, function.as_ref()).write(path)?;
+        out!("page: {}", path.display());
+    }
+    Ok(())
+}
+
+/// Standard input, a file if it exists, otherwise a card of the library.
+fn load(name: &str, path: &Path) -> Result<MaterialCard, Failure> {
+    if !is_stdin(path) && !path.is_file() {
         return card::find(name).map_err(|error| {
             Failure::input(format!("{error}; a path names a JSON file, and there is none of it"))
         });
@@ -293,7 +310,7 @@ mod tests {
     /// Von Mises: the ellipse through (1, 0), (1, 1); the Considère strain of Swift's law is n - eps0.
     #[test]
     fn shown_figures_are_the_closed_forms() {
-        let card = load("sheet-ssnv501").unwrap();
+        let card = load("sheet-ssnv501", Path::new("")).unwrap();
         let function = card.yield_function().unwrap().unwrap();
         let locus = locus(&function, 0.0);
         for (x, y) in locus.x.iter().zip(&locus.y) {
@@ -345,11 +362,11 @@ mod tests {
 
     #[test]
     fn names_and_files_that_are_no_card_say_why() {
-        let unknown = load("unobtainium").unwrap_err();
+        let unknown = load("unobtainium", Path::new("unobtainium")).unwrap_err();
         assert!(unknown.error.to_string().contains("aa2090-t3-barlat2005"));
         let file = std::env::temp_dir().join(format!("kanagata-card-{}.json", std::process::id()));
         std::fs::write(&file, "{\"name\": 3}").unwrap();
-        let error = load(&file.to_string_lossy()).unwrap_err();
+        let error = load(&file.to_string_lossy(), &file).unwrap_err();
         std::fs::remove_file(&file).unwrap();
         assert!(error.error.to_string().contains("`young_mpa` (above zero)"));
     }

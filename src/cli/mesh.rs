@@ -7,9 +7,11 @@ use clap::ValueEnum;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::gmsh::GmshArgs;
 use super::output_clash::refuse_clashes;
+use super::paths::{input_path, named_path};
 use super::read::{LostFaces, read_model};
 use super::select::SelectArgs;
 use super::skip::skipping;
+use super::stages::{QuietArgs, progress, show};
 use super::terminal::{err, out};
 use crate::cad::Model;
 use crate::mesh::mapped::{self, MappedOptions, MeshStyle};
@@ -20,15 +22,18 @@ use crate::mesh::{MeshError, MeshReport, SurfaceMesh, gmsh, io};
 #[command(after_help = format!("Examples:\n  kanagata mesh die.igs -o die.msh --arc-divisions 4\n  \
     kanagata mesh die.igs -o die.vtu --mesher gmsh --style triangles --gmsh-algorithm delaunay\n\n{EXIT_HELP}"))]
 pub struct MeshArgs {
-    /// IGES or STEP file
+    /// IGES or STEP file; - for standard input
+    #[arg(value_parser = input_path)]
     file: PathBuf,
     /// Mesh file: .msh (MSH 4.1) or .vtu
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = named_path)]
     output: PathBuf,
     #[command(flatten)]
     select: SelectArgs,
     #[command(flatten)]
     mesher: MesherArgs,
+    #[command(flatten)]
+    quiet: QuietArgs,
 }
 
 /// Mesher and element sizes.
@@ -93,7 +98,7 @@ impl MesherArgs {
     /// Meshes the model and checks the area of the mesh.
     pub(super) fn mesh(&self, file: &Path, model: &Model) -> Result<SurfaceMesh, MeshError> {
         match self.mesher {
-            Mesher::Mapped => mapped::mesh(model, &self.mapped_options()),
+            Mesher::Mapped => mapped::mesh_watched(model, &self.mapped_options(), &progress()),
             Mesher::Gmsh => {
                 let made = gmsh::mesh(file, model, &self.gmsh_options())?;
                 made.notes.iter().for_each(|note| err!("note: {note}"));
@@ -220,6 +225,7 @@ pub fn run(args: &MeshArgs) -> Result<Exit, Failure> {
         std::iter::once(args.file.as_path()).chain(args.select.files()).collect();
     refuse_clashes(&inputs, &[("--output", Some(&args.output))])?;
     args.select.refuse_with((!args.mesher.is_built_in()).then_some("--mesher gmsh"))?;
+    let shown = show(args.quiet);
     let whole = read_model(&args.file, args.mesher.lost_faces())?;
     let chosen = args.select.choose(&args.file, &whole)?;
     let model = chosen.as_ref().map_or(&whole, |c| &c.model);
@@ -233,6 +239,7 @@ pub fn run(args: &MeshArgs) -> Result<Exit, Failure> {
         mesh.elements.iter_mut().for_each(|e| e.face = numbers[e.face as usize] as u32);
     }
     io::write(&mesh, &args.output)?;
+    drop(shown);
     print_report(&report);
     out!("  {}", args.output.display());
     Ok(Exit::Done)

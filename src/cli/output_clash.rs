@@ -3,15 +3,26 @@
 use std::path::{Path, PathBuf};
 
 use super::exit::Failure;
+use super::terminal::keep_stdout_for_a_file;
+use crate::files::standard::{is_stdin, is_stdout};
 
-/// Refuses outputs (with the names of their options) that are inputs of the command or the same file. Call it before
-/// anything is written. Files are compared by their canonical paths.
+/// Refuses outputs (with the names of their options) that are inputs of the command or the same file, and two inputs from
+/// standard input. Call it before anything is written. Files are compared by their canonical paths. If an output is
+/// standard output, the summary goes to standard error.
 ///
 /// # Errors
 /// Exit code 2 for the first output that is an input or an earlier output.
 pub fn refuse_clashes(inputs: &[&Path], outputs: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
     let given: Vec<(&str, &Path)> =
         outputs.iter().filter_map(|&(option, path)| Some((option, path?))).collect();
+    if inputs.iter().filter(|path| is_stdin(path)).count() > 1 {
+        return Err(Failure::input(
+            "`-` for two files; allowed: standard input for one of them; give the other one by its name",
+        ));
+    }
+    if given.iter().any(|(_, path)| is_stdout(path)) {
+        keep_stdout_for_a_file();
+    }
     for (k, &(option, output)) in given.iter().enumerate() {
         let at = place(output);
         let shown = output.display();

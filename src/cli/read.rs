@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::exit::Failure;
+use super::stages::progress;
 use super::terminal::err;
 use crate::cad::{Diagnostic, Model, Severity, usable};
 
@@ -17,6 +18,7 @@ pub(super) enum LostFaces {
 
 /// Reads a CAD file with faces for a tool model, split at creases. Warnings and splits go to standard error.
 pub(super) fn read_model(path: &Path, lost: LostFaces) -> Result<Model, Failure> {
+    let _stage = progress().stage("read", "", 0);
     let (model, diagnostics) = crate::cad::read_with(path, crate::cad::Creases::Cut)?;
     warn(&diagnostics);
     for d in diagnostics.iter().filter(|d| d.code == "face-creased") {

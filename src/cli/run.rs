@@ -4,12 +4,15 @@ use std::path::{Path, PathBuf};
 
 use super::accuracy;
 use super::doubts::print_doubts;
+use super::earlier::{forget_metrics, note_results};
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::output_clash::refuse_clashes;
+use super::paths::named_path;
 use super::progress_bar::{progress_bar, show};
 use super::quantity::time_s;
 use super::run_summary::print_record;
 use super::stop;
-use super::terminal::{err, out, put};
+use super::terminal::{end_bar, err, out, put};
 use crate::accuracy::Limits;
 use crate::report::record::RunRecord;
 use crate::run::folder::row;
@@ -31,15 +34,16 @@ use crate::study::metrics;
     The folder then holds history.csv, run.json, run.pvd, steps/*.vtu, tools/*.vtu and report.html.\n\n{EXIT_HELP}"))]
 pub struct RunArgs {
     /// Scene file
+    #[arg(value_parser = named_path)]
     scene: PathBuf,
     /// Folder for the results; created if missing
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", value_parser = named_path)]
     output: PathBuf,
     /// Set a value of the scene: keys, names of tools or indices, joined by dots (tools.die.friction=0.08); may be repeated
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<SetValue>,
     /// Also write results as one flat JSON object: verdict, forces by tool, thickness, draw-in, springback, cost
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = named_path)]
     metrics: Option<PathBuf>,
     /// Continue from the checkpoint in DIR, with the same results as an uninterrupted run
     #[arg(long)]
@@ -93,9 +97,26 @@ impl RunArgs {
         &self.set
     }
 
+    /// The folder for the results.
+    pub(super) fn output(&self) -> &Path {
+        &self.output
+    }
+
+    /// Removes the metrics of an earlier run.
+    pub(super) fn forget_metrics(&self) -> Result<(), Failure> {
+        let metrics = self.metrics.as_deref();
+        refuse_clashes(&[&self.scene], &[("--metrics", metrics)])?;
+        forget_metrics(metrics)
+    }
+
     /// Whether doubts leave the exit code at 0.
     pub(super) fn accepts_doubts(&self) -> bool {
         self.accept_doubts
+    }
+
+    /// Whether there is no progress bar.
+    pub(super) fn has_no_bar(&self) -> bool {
+        self.is_quiet() || self.lines
     }
 
     /// Whether standard output is for nothing, or for JSON only.
@@ -151,6 +172,12 @@ impl From<RunError> for Failure {
 /// Exit code 2 for a scene that cannot be run, 3 when the solver does not converge, 4 when files cannot be read or
 /// written. A doubtful result (exit code 1) is not an error.
 pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
+    args.forget_metrics()?;
+    run_or_continue(args).inspect_err(|failure| note_results(&args.output, failure))
+}
+
+/// Runs the scene, continues an interrupted run, or reports a run of the same inputs that is done.
+fn run_or_continue(args: &RunArgs) -> Result<Exit, Failure> {
     let plan = read_with(&args.scene, &args.set)?;
     if args.tied {
         stop_with_input();
@@ -213,7 +240,7 @@ fn sequence(args: &RunArgs) -> accuracy::Request<'_> {
 
 /// Runs the plan with progress on the terminal.
 fn solve(args: &RunArgs, plan: &Plan) -> Result<RunRecord, RunError> {
-    let bar = progress_bar(args.quiet || args.lines || args.json);
+    let bar = progress_bar(args.has_no_bar());
     let tell = |message: &str| err!("note: {message}");
     let options = RunOptions {
         restart: args.restart,
@@ -238,7 +265,7 @@ fn solve(args: &RunArgs, plan: &Plan) -> Result<RunRecord, RunError> {
             (true, _) => put(&line(&tools, &row(progress.report))),
             (_, true) => put(&json_line(&tools, &row(progress.report))),
         });
-    bar.finish_and_clear();
+    end_bar(&bar);
     outcome
 }
 

@@ -2,10 +2,12 @@
 
 use super::check;
 use super::doubts::print_doubts;
+use super::earlier::note_results;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::run;
+use super::stages::{progress, show_unless};
 use super::terminal::{err, out};
-use crate::prelude::{Error, ErrorKind, MadeTool, make_tools};
+use crate::prelude::{Error, ErrorKind, MadeTool, make_tools_watched};
 
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]
@@ -35,12 +37,22 @@ impl From<Error> for Failure {
 /// Exit codes as of `kanagata convert` and `kanagata-solve run`.
 pub fn run(args: &RunSceneArgs) -> Result<Exit, Failure> {
     let args = &args.run;
+    args.forget_metrics()?;
+    let of_tools = prepared(args).inspect_err(|failure| note_results(args.output(), failure))?;
+    let of_run = run::run(args)?;
+    Ok(if of_run == Exit::Done { of_tools } else { of_run })
+}
+
+/// Makes the tools and checks the scene. Returns the exit code for doubts about the tools.
+fn prepared(args: &run::RunArgs) -> Result<Exit, Failure> {
     let note = &mut |name: &str| {
         if !args.is_quiet() {
             err!("note: {name} is made from its CAD");
         }
     };
-    let made = make_tools(args.scene(), note)?;
+    let shown = show_unless(args.has_no_bar());
+    let made = make_tools_watched(args.scene(), note, &progress())?;
+    drop(shown);
     if !args.is_quiet() {
         made.iter().for_each(print);
     }
@@ -56,8 +68,7 @@ pub fn run(args: &RunSceneArgs) -> Result<Exit, Failure> {
     if !args.is_quiet() {
         check::print(args.scene(), args.set())?;
     }
-    let of_run = run::run(args)?;
-    Ok(if of_run == Exit::Done { of_tools } else { of_run })
+    Ok(of_tools)
 }
 
 fn print(made: &MadeTool) {

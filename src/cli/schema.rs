@@ -1,9 +1,13 @@
 //! `kanagata schema NAME`: the JSON schemas of files, for editors that complete and check.
 
+use std::path::PathBuf;
+
 use clap::builder::PossibleValuesParser;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::paths::output_path;
 use super::terminal::put;
+use crate::files::write_atomic;
 
 /// Names and texts of the schemas.
 const SCHEMAS: [(&str, &str); 8] = [
@@ -25,14 +29,21 @@ pub struct SchemaArgs {
     /// The file that it describes
     #[arg(value_parser = PossibleValuesParser::new(SCHEMAS.map(|(name, _)| name)))]
     name: String,
+    /// File for the schema; - or nothing for standard output
+    #[arg(short, long, value_name = "FILE", value_parser = output_path)]
+    output: Option<PathBuf>,
 }
 
 /// Prints a schema.
 ///
 /// # Errors
-/// None; other commands share the type.
+/// Exit code 4 when the file cannot be written.
 pub fn run(args: &SchemaArgs) -> Result<Exit, Failure> {
     let found = SCHEMAS.iter().find(|(name, _)| *name == args.name);
-    found.iter().flat_map(|(_, text)| text.lines()).for_each(put);
+    let text = found.map_or("", |(_, text)| text);
+    match &args.output {
+        Some(path) => write_atomic(path, |w| w.write_all(text.as_bytes()))?,
+        None => text.lines().for_each(put),
+    }
     Ok(Exit::Done)
 }

@@ -6,7 +6,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use super::exit::{EXIT_HELP, finish};
 use super::threads::use_threads;
-use super::{case, check, report, run, status, stop};
+use super::{case, check, color, report, run, status, stop};
 
 /// Forms a sheet against rigid tools with an implicit finite-element solver.
 #[derive(Debug, Parser)]
@@ -15,6 +15,8 @@ struct Solve {
     /// Threads to use; results are the same for any number of them.
     #[arg(long, global = true, value_name = "N")]
     threads: Option<usize>,
+    #[command(flatten)]
+    color: color::ColorArgs,
     #[command(subcommand)]
     command: Command,
 }
@@ -41,7 +43,7 @@ pub(super) fn command() -> clap::Command {
 /// Runs the program with the arguments of the process.
 #[must_use]
 pub fn main() -> ExitCode {
-    let arguments = Solve::parse();
+    let arguments: Solve = color::parse();
     stop::listen();
     if let Err(failure) = use_threads(arguments.threads) {
         return finish(Err(failure));

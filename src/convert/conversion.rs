@@ -36,6 +36,16 @@ pub(super) struct EdgeOverrides {
     pub(super) straight: Vec<u32>,
 }
 
+impl EdgeOverrides {
+    /// The elements with changed edges, each once, in ascending order.
+    fn elements(&self) -> Vec<u32> {
+        let mut elements = [&self.eq8[..], &self.straight].concat();
+        elements.sort_unstable();
+        elements.dedup();
+        elements
+    }
+}
+
 /// Source of the normals.
 #[derive(Clone, Copy)]
 pub(super) enum Source<'a> {
@@ -83,6 +93,7 @@ impl<'a> Conversion<'a> {
         let (table, searches) = match source {
             Source::Cad(model) => {
                 let searches = Searches::new(model, mesh, SearchLimits::NAGATA);
+                let searches = searches.watched(&options.progress);
                 let smooth = options.smooth_deg.to_radians();
                 (normals::vertex_normals(model, mesh, smooth, &searches)?, Some(searches))
             }
@@ -141,7 +152,7 @@ impl<'a> Conversion<'a> {
         if let Source::Cad(model) = self.source {
             report.bare = faces_without_elements(model, self.mesh);
         }
-        report.redone = overrides.eq8.iter().chain(&overrides.straight).copied().collect();
+        report.redone = overrides.elements();
         report.folded = folded_patches(&tool);
         Ok((tool, report))
     }
@@ -217,4 +228,15 @@ fn folded_patches(tool: &ToolModel) -> Vec<u32> {
     };
     let flags: Vec<bool> = tool.patches.par_iter().zip(&tool.corners).map(folds).collect();
     flags.iter().enumerate().filter(|(_, f)| **f).map(|(k, _)| k as u32).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::EdgeOverrides;
+
+    #[test]
+    fn an_element_whose_edges_change_twice_is_listed_once() {
+        let overrides = EdgeOverrides { eq8: vec![1, 4, 9], straight: vec![0, 4] };
+        assert_eq!(overrides.elements(), [0, 1, 4, 9]);
+    }
 }

@@ -63,9 +63,11 @@ pub(super) fn edges_through_cad(
     let ends = edge_ends(corners);
     let finder = EdgeFinder::new(model, mesh, feet, searches);
     let list: Vec<([u32; 2], EdgeElements)> = elements.into_iter().collect();
+    let stage = searches.progress.stage("edges", "edges", list.len() as u64);
     let found: Vec<Option<(GivenCurve, Option<StraightEdge>)>> = list
         .par_iter()
         .map(|(vertices, elements)| {
+            stage.add(1);
             let pairs = ends.get(vertices)?.iter().map(|p| p.map(|n| normals[n as usize]));
             curve_through_cad(&finder, *vertices, elements, &pairs.collect::<Vec<[Vec3; 2]>>())
         })

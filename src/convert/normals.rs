@@ -53,14 +53,15 @@ pub(super) fn vertex_normals(
     let keys = vertices_by_face(mesh);
     let rounding = ROUNDING_REL * Aabb::of_points(&mesh.vertices).diagonal();
     let enough = (rounding + 2.0 * model.join_tolerance).powi(2);
-    let feet: Vec<(Vec2, Option<Vec3>)> = keys
-        .par_iter()
-        .map(|key| {
-            let start = mesh.feet.on_face(key.vertex, key.face);
-            let x = &mesh.vertices[key.vertex as usize];
-            foot_and_normal(searches.face(key.face), x, (start, enough))
-        })
-        .collect();
+    let stage = searches.progress.stage("normals", "vertices", keys.len() as u64);
+    let foot = |key: &NormalKey| {
+        let start = mesh.feet.on_face(key.vertex, key.face);
+        let x = &mesh.vertices[key.vertex as usize];
+        let found = foot_and_normal(searches.face(key.face), x, (start, enough));
+        stage.add(1);
+        found
+    };
+    let feet: Vec<(Vec2, Option<Vec3>)> = keys.par_iter().map(foot).collect();
     searches.check()?;
     let (mut known, mut regular) = (FxHashMap::default(), Feet::default());
     let mut degenerate: FxHashMap<(u32, u32), Vec2> = FxHashMap::default();

@@ -1,6 +1,7 @@
 //! Options and report of a conversion.
 
 use crate::geometry::Vec3;
+use crate::progress::Progress;
 use crate::tool::ToolKind;
 use crate::tool::build::StraightEdge;
 use crate::tool::edge::EdgeRule;
@@ -25,6 +26,8 @@ pub struct ConvertOptions {
     pub flip: bool,
     /// Edges of patches that remain folded after all other repairs become straight (Nagata only).
     pub straighten: bool,
+    /// Where the progress is reported.
+    pub progress: Progress,
 }
 
 impl Default for ConvertOptions {
@@ -38,7 +41,15 @@ impl Default for ConvertOptions {
             sheet_side: None,
             flip: false,
             straighten: false,
+            progress: Progress::default(),
         }
+    }
+}
+
+impl ConvertOptions {
+    /// The same options for the many small conversions of a search, which do not report theirs.
+    pub(super) fn unwatched(&self) -> Self {
+        Self { progress: Progress::default(), ..self.clone() }
     }
 }
 
@@ -57,7 +68,7 @@ pub struct ConvertReport {
     pub finer: Vec<usize>,
     /// Faces without a patch: not in the mesh, or with zero area to within the joining tolerance.
     pub bare: Vec<usize>,
-    /// Patches whose edges were changed to Eq. 8 or to chords because patches folded.
+    /// Patches whose edges were changed to Eq. 8 or to chords because patches folded, each once.
     pub redone: Vec<u32>,
     /// Patches that remain folded: `(S_eta x S_zeta) . n < 0` at some point.
     pub folded: Vec<u32>,

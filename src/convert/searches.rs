@@ -8,6 +8,7 @@ use crate::cad::model::Face;
 use crate::geometry::nurbs::SearchBudget;
 use crate::geometry::{Vec2, Vec3};
 use crate::mesh::SurfaceMesh;
+use crate::progress::Progress;
 
 /// Work limit of the searches on one face, in cells: `per_face + per_element * elements of the face`.
 #[derive(Debug, Clone, Copy)]
@@ -31,6 +32,8 @@ pub(super) struct Searches<'a> {
     model: &'a Model,
     /// Budget of each face of the mesh.
     budgets: FxHashMap<u32, SearchBudget>,
+    /// Where the progress of the conversion is reported.
+    pub(super) progress: Progress,
 }
 
 /// A face and the budget of the searches on it.
@@ -48,7 +51,12 @@ impl<'a> Searches<'a> {
             *cells.entry(element.face).or_insert(limits.per_face) += limits.per_element;
         }
         let budgets = cells.into_iter().map(|(face, cells)| (face, SearchBudget::new(cells)));
-        Self { model, budgets: budgets.collect() }
+        Self { model, budgets: budgets.collect(), progress: Progress::default() }
+    }
+
+    /// The same searches, whose progress is reported to `progress`.
+    pub(super) fn watched(self, progress: &Progress) -> Self {
+        Self { progress: progress.clone(), ..self }
     }
 
     /// Face `id` of the mesh, with its budget.

@@ -47,7 +47,7 @@ pub fn mesh_and_convert(
     mesh: &MappedOptions,
     options: &ConvertOptions,
 ) -> Result<(ToolModel, ConvertReport), UnfoldedError> {
-    let plan = Plan::new(model, mesh)?;
+    let plan = Plan::new(model, mesh)?.watched(&options.progress);
     let mut requested = RequestedDivisions::initial(&plan, mesh.arc_divisions, model.faces.len());
     let mut best_mesh = plan.mesh(&requested.minima, &requested.density)?;
     let mut best = convert(model, &best_mesh, options)?;

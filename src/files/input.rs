@@ -7,6 +7,8 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Read};
 use std::path::Path;
 
+use super::standard;
+
 /// Kinds of files, each with a size limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Input {
@@ -63,11 +65,16 @@ pub fn open(path: &Path, kind: Input) -> io::Result<(File, u64)> {
     Ok((file, size))
 }
 
-/// Reads the bytes of an external file.
+/// Reads the bytes of an external file, or of standard input for [`standard::STDIN`].
 ///
 /// # Errors
 /// As [`open`]; also when the file exceeds the size limit while it is read.
 pub fn read(path: &Path, kind: Input) -> io::Result<Vec<u8>> {
+    if standard::is_stdin(path) {
+        let bytes = standard::read_stdin(kind.limit())?;
+        within(bytes.len() as u64, kind)?;
+        return Ok(bytes);
+    }
     let (file, size) = open(path, kind)?;
     let mut bytes = Vec::new();
     let expected = usize::try_from(size).unwrap_or(usize::MAX);

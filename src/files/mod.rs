@@ -6,12 +6,14 @@
 //! - `temporary`: files, folders and child programs to remove when the process ends early
 //! - `digest`: SHA-256
 //! - `kind`: what a file is, by its first bytes
+//! - `standard`: standard input and output in place of a file
 
 pub mod digest;
 pub mod exclusive;
 pub mod input;
 pub mod kind;
 pub mod output;
+pub mod standard;
 pub mod temporary;
 
 pub use digest::{Sha256Writer, sha256_hex};

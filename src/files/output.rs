@@ -6,6 +6,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::input::{kind_of, refused};
+use super::standard;
 use super::temporary::Temporary;
 
 /// An output file that could not be written.
@@ -41,6 +42,7 @@ pub fn create_log(path: &Path) -> Result<File, WriteError> {
 
 /// Writes `path` through `body`: into a temporary file next to it, flushed to disk, renamed over it, and the folder
 /// flushed. For a symbolic link the target file is replaced. An existing file keeps its permissions.
+/// [`standard::STDOUT`] is written to standard output, once `body` has ended.
 ///
 /// # Errors
 /// [`WriteError`] when the folder is missing, the disk is full, `body` fails, or the path is a device, FIFO, socket or
@@ -49,6 +51,11 @@ pub fn write_atomic(
     path: &Path,
     body: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), WriteError> {
+    if standard::is_stdout(path) {
+        let mut bytes = Vec::new();
+        let written = body(&mut bytes).and_then(|()| standard::write_stdout(&bytes));
+        return written.map_err(|source| WriteError { path: path.to_path_buf(), source });
+    }
     let written = target(path).and_then(|(target, old)| {
         let name = target.file_name().map_or_else(|| "out".into(), |n| n.to_string_lossy());
         let beside = target.with_file_name(format!(".{name}.{}.tmp", std::process::id()));

@@ -2,6 +2,7 @@
 
 use crate::convert::offset::OffsetRequest;
 use crate::convert::tolerance::Borders;
+use crate::progress::Progress;
 use crate::tool::ToolKind;
 use crate::tool::selection::FaceSelection;
 
@@ -47,6 +48,8 @@ pub struct ConvertSettings {
     pub faces: Option<FaceSelection>,
     /// Continues without faces that cannot be read; the tool file names them.
     pub skip_lost_faces: bool,
+    /// Where the progress is reported.
+    pub progress: Progress,
 }
 
 impl Default for ConvertSettings {
@@ -67,6 +70,7 @@ impl Default for ConvertSettings {
             offset: None,
             faces: None,
             skip_lost_faces: false,
+            progress: Progress::default(),
         }
     }
 }

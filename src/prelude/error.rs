@@ -1,5 +1,6 @@
 //! The one error of the facade.
 
+use crate::accuracy::AccuracyError;
 use crate::audit::AuditError;
 use crate::cad::CadError;
 use crate::cad::offset::OffsetError;
@@ -115,6 +116,19 @@ impl From<SceneError> for Error {
 impl From<WriteError> for Error {
     fn from(cause: WriteError) -> Self {
         Self::new(ErrorKind::Io, cause)
+    }
+}
+
+impl From<AccuracyError> for Error {
+    fn from(cause: AccuracyError) -> Self {
+        match cause {
+            AccuracyError::Run(cause) => cause.into(),
+            AccuracyError::Scene(cause) => cause.into(),
+            AccuracyError::Write(cause) => cause.into(),
+            AccuracyError::Results { .. } => Self::new(ErrorKind::Io, cause),
+            AccuracyError::NotConverged { .. } => Self::new(ErrorKind::NoConvergence, cause),
+            _ => Self::input(cause),
+        }
     }
 }
 

@@ -6,12 +6,12 @@ use super::convert::ConvertSettings;
 use super::error::Error;
 use super::tool::Tool;
 use crate::cad::Model;
-use crate::cad::offset::{OffsetReport, offset_model};
+use crate::cad::offset::{OffsetReport, offset_model_watched};
 use crate::convert::bezier::{BezierOptions, FINEST, within_tolerance};
 use crate::convert::offset::{OffsetRequest, doubts as offset_doubts, signed_distance};
 use crate::convert::reach::{Zone, within_reach};
 use crate::convert::select::choose;
-use crate::convert::tolerance::{Goal, Refined, ToleranceError, to_patches, to_tolerance_in_time};
+use crate::convert::tolerance::{Aim, Goal, Refined, refined_to};
 use crate::convert::unfolded::mesh_and_convert;
 use crate::convert::{ConvertOptions, renumber};
 use crate::geometry::Vec3;
@@ -55,7 +55,7 @@ impl Source {
             let request = settings.offset;
             let signed = |request| signed_distance(&source.model, request, side, flip);
             let distance = request.map(signed).transpose()?;
-            source.offset(distance, settings.smooth_deg)?;
+            source.offset(distance, settings)?;
             return Ok(source);
         };
         let turned = source.keep_within(zone, scene)?;
@@ -67,15 +67,16 @@ impl Source {
             sheet => signed_distance(&source.model, sheet, None, turned),
         };
         let distance = settings.offset.map(signed).transpose()?;
-        source.offset(distance, settings.smooth_deg)?;
+        source.offset(distance, settings)?;
         Ok(Self { side: None, flip: turned, ..source })
     }
 
     /// Offsets the faces along their normals, unless the distance is zero.
-    fn offset(&mut self, distance: Option<f64>, smooth_deg: f64) -> Result<(), Error> {
+    fn offset(&mut self, distance: Option<f64>, settings: &ConvertSettings) -> Result<(), Error> {
         let Some(distance) = distance.filter(|distance| *distance != 0.0) else { return Ok(()) };
         let number = |f: usize| self.kept.get(f).copied().unwrap_or(f);
-        let moved = offset_model(&self.model, distance, smooth_deg);
+        let (smooth_deg, progress) = (settings.smooth_deg, &settings.progress);
+        let moved = offset_model_watched(&self.model, distance, smooth_deg, progress);
         let moved = moved.map_err(|e| e.renumbered(number))?;
         (self.model, self.offset) = (moved.model, Some(moved.report));
         Ok(())
@@ -139,6 +140,7 @@ fn patches(source: &Source, settings: &ConvertSettings) -> Result<Made, Error> {
         sheet_side: source.side,
         flip: source.flip,
         straighten: settings.is_refined(),
+        progress: settings.progress.clone(),
         ..ConvertOptions::default()
     };
     let mesh = MappedOptions {
@@ -163,20 +165,19 @@ fn refined(
     mesh: &MappedOptions,
     options: &ConvertOptions,
 ) -> Result<Refined, Error> {
-    if let Some(patches) = settings.patches {
-        return Ok(to_patches(model, mesh, options, patches, true, settings.borders)?);
-    }
+    let (two_sided, borders) = (true, settings.borders);
     let goal = Goal {
         tol_mm: settings.tolerance_mm.unwrap_or(f64::INFINITY),
         normal_deg: settings.normal_tolerance_deg.unwrap_or(f64::INFINITY),
-        two_sided: true,
-        borders: settings.borders,
+        two_sided,
+        borders,
     };
     let time = settings.time_s.filter(|s| s.is_finite() && *s >= 0.0).map(Duration::from_secs_f64);
-    match to_tolerance_in_time(model, mesh, options, &goal, time) {
-        Err(ToleranceError::Above { model, .. }) => Ok(*model),
-        found => Ok(found?),
-    }
+    let aim = match settings.patches {
+        Some(patches) => Aim::Patches { patches, two_sided, borders },
+        None => Aim::Within(goal, time),
+    };
+    Ok(refined_to(model, mesh, options, &aim)?)
 }
 
 /// Bezier patches within the tolerance.
@@ -186,9 +187,11 @@ fn bezier(source: &Source, settings: &ConvertSettings) -> Result<Made, Error> {
         tolerance_mm: settings.tolerance_mm.unwrap_or(BEZIER_TOLERANCE_MM),
         sheet_side: source.side,
         flip: source.flip,
+        progress: settings.progress.clone(),
     };
     let mesh = |arc_divisions| {
-        mapped::mesh(&source.model, &MappedOptions { arc_divisions, ..MappedOptions::default() })
+        let options = MappedOptions { arc_divisions, ..MappedOptions::default() };
+        mapped::mesh_watched(&source.model, &options, &settings.progress)
     };
     let within = within_tolerance(&source.model, &options, false, FINEST, mesh)?;
     Ok((within.tool, Some(within.report.error_mm), Vec::new()))

@@ -9,6 +9,7 @@ use super::make::converted;
 use super::tool::Tool;
 use crate::convert::offset::{OffsetRequest, SheetReference};
 use crate::convert::reach::Zone;
+use crate::progress::Progress;
 use crate::scene::types::{SheetSurface, Tool as SceneTool, ToolCad};
 use crate::tool::file::Provenance;
 
@@ -36,6 +37,18 @@ pub fn make_tools(
     scene: impl AsRef<Path>,
     note: &mut dyn FnMut(&str),
 ) -> Result<Vec<MadeTool>, Error> {
+    make_tools_watched(scene, note, &Progress::default())
+}
+
+/// As [`make_tools`], with the progress of every conversion reported.
+///
+/// # Errors
+/// As [`make_tools`].
+pub fn make_tools_watched(
+    scene: impl AsRef<Path>,
+    note: &mut dyn FnMut(&str),
+    progress: &Progress,
+) -> Result<Vec<MadeTool>, Error> {
     let path = scene.as_ref();
     let (scene, _) = crate::scene::read::scene_of(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -45,6 +58,7 @@ pub fn make_tools(
         let Some(given) = &tool.cad else { continue };
         let cad = Cad::read(folder.join(&given.file))?;
         let settings = settings_of(tool, given, scene.blank.thickness_mm)?;
+        let settings = ConvertSettings { progress: progress.clone(), ..settings };
         let zone = Zone::of_scene(&scene, folder, &tool.file, &tool.name)?;
         let source = cad.source(&settings, Some((&zone, &scene_name)))?;
         let provenance = cad.provenance(&settings, &source);

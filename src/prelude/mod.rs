@@ -34,24 +34,31 @@ mod make_tools;
 mod material;
 mod run;
 mod scene;
+mod sequence;
 mod tool;
 
 pub use self::cad::Cad;
 pub use self::convert::ConvertSettings;
 pub use self::error::{Error, ErrorKind};
-pub use self::make_tools::{MadeTool, make_tools};
+pub use self::make_tools::{MadeTool, make_tools, make_tools_watched};
 pub use self::material::Material;
 pub use self::run::{Run, RunProgress};
 pub use self::scene::{Check, Scene};
+pub use self::sequence::SequenceProgress;
 pub use self::tool::Tool;
+pub use crate::accuracy::{Limits as SequenceLimits, SequenceStatus, sequence_status};
 pub use crate::audit::{Audit, AuditOptions, AuditReport};
 pub use crate::cancel::Cancel;
 pub use crate::contact::Projection;
 pub use crate::convert::offset::{OffsetRequest, SheetReference};
 pub use crate::convert::tolerance::Borders;
+pub use crate::progress::Progress;
 pub use crate::report::doubt::Doubt;
-pub use crate::report::record::{History, HistoryRow, RunRecord, Verdict};
+pub use crate::report::record::{
+    AccuracyRecord, History, HistoryRow, QuantityRecord, RunRecord, SequenceEnd, Verdict,
+};
 pub use crate::run::advice::{Finding, Level};
 pub use crate::run::{RunOptions, WriteReport};
+pub use crate::scene::accuracy::Accuracy;
 pub use crate::tool::ToolKind;
 pub use crate::tool::selection::FaceSelection;

@@ -10,7 +10,7 @@ use crate::run::folder::row;
 use crate::run::{RunOptions, run};
 use crate::scene::Plan;
 use crate::scene::preview::SheetCounts;
-use crate::scene::read::read_with;
+use crate::scene::read::{read_text_with, read_with};
 use crate::scene::set_value::SetValue;
 
 /// A scene file with its tools and material, ready to run.
@@ -27,6 +27,8 @@ use crate::scene::set_value::SetValue;
 pub struct Scene {
     plan: Plan,
     path: PathBuf,
+    set: Vec<SetValue>,
+    is_file: bool,
 }
 
 /// What a check of a scene finds.
@@ -53,9 +55,42 @@ impl Scene {
     /// As [`Self::read`].
     pub fn read_with(path: impl AsRef<Path>, set: &[&str]) -> Result<Self, Error> {
         let path = path.as_ref().to_path_buf();
-        let set = set.iter().map(|text| text.parse::<SetValue>());
-        let set: Vec<SetValue> = set.collect::<Result<_, _>>().map_err(Error::input)?;
-        Ok(Self { plan: read_with(&path, &set)?, path })
+        let set = values_set(set)?;
+        Ok(Self { plan: read_with(&path, &set)?, path, set, is_file: true })
+    }
+
+    /// A scene from memory: its JSON text. The files that it names are relative to `folder`; nothing is written there.
+    ///
+    /// ```
+    /// use kanagata::prelude::Scene;
+    ///
+    /// let text = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/strip/strip.scene.json"));
+    /// let scene = Scene::of_text(text, "examples/strip", &["tools.die.friction=0.05"])?;
+    /// assert_eq!(scene.values().tools[0].friction, Some(0.05));
+    /// # Ok::<(), kanagata::prelude::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Self::read`]; messages name the scene `<memory>`.
+    pub fn of_text(text: &str, folder: impl AsRef<Path>, set: &[&str]) -> Result<Self, Error> {
+        let path = folder.as_ref().join("<memory>");
+        let set = values_set(set)?;
+        let plan = read_text_with(text.as_bytes(), &path, &set)?;
+        Ok(Self { plan, path, set, is_file: false })
+    }
+
+    /// The scene file.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Input`] for a scene from memory.
+    pub(super) fn file(&self) -> Result<&Path, Error> {
+        let in_memory = "the scene is in memory; allowed: a scene file, which every run of a sequence reads; write it to a file first";
+        if self.is_file { Ok(&self.path) } else { Err(Error::input(in_memory)) }
+    }
+
+    /// The values that are set.
+    pub(super) fn set(&self) -> &[SetValue] {
+        &self.set
     }
 
     /// Name of the scene.
@@ -109,4 +144,9 @@ impl Scene {
         })?;
         Run::open(folder)
     }
+}
+
+/// Parses values that are set.
+fn values_set(set: &[&str]) -> Result<Vec<SetValue>, Error> {
+    set.iter().map(|text| text.parse()).collect::<Result<_, _>>().map_err(Error::input)
 }

@@ -4,9 +4,13 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use super::error::SceneError;
+use crate::files::standard::is_stdin;
 
-/// Whether a scene is in TOML, by the end of its name.
-pub(super) fn is_toml(path: &Path) -> bool {
+/// Whether a scene is in TOML: by the end of its name, or, from standard input, unless it begins as JSON.
+pub(super) fn is_toml(bytes: &[u8], path: &Path) -> bool {
+    if is_stdin(path) {
+        return !matches!(bytes.trim_ascii_start().first(), None | Some(b'{' | b'/'));
+    }
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
@@ -15,7 +19,7 @@ pub(super) fn is_toml(path: &Path) -> bool {
 /// # Errors
 /// [`SceneError::Syntax`] with line and column for text that is no TOML.
 pub(super) fn json_text<'b>(bytes: &'b [u8], path: &Path) -> Result<Cow<'b, [u8]>, SceneError> {
-    if !is_toml(path) {
+    if !is_toml(bytes, path) {
         return Ok(Cow::Borrowed(bytes));
     }
     let fault = |at: usize, found: String| {

@@ -30,6 +30,8 @@ mod tests;
 pub(super) use self::budget::{Fineness, shares};
 pub use self::error::{FoldPlace, OffsetError, OverlapPlace, SharpPlace};
 pub use self::joints::OffsetGap;
-pub use self::model::{OffsetModel, OffsetReport, offset_model, offset_model_again};
+pub use self::model::{
+    OffsetModel, OffsetReport, offset_model, offset_model_again, offset_model_watched,
+};
 pub(super) use self::restrict::{Restricted, restricted};
 pub(super) use self::surface::{deviation, offset};

@@ -14,6 +14,7 @@ use crate::cad::closest::ClosestPoint;
 use crate::cad::model::Face;
 use crate::cad::trim_region::TrimRegion;
 use crate::geometry::Vec3;
+use crate::progress::Progress;
 
 /// Accuracy of fitted faces relative to the joining tolerance.
 const FIT_PER_JOIN: f64 = 1e-2;
@@ -69,18 +70,32 @@ pub fn offset_model(
     distance: f64,
     smooth_deg: f64,
 ) -> Result<OffsetModel, OffsetError> {
+    offset_model_watched(model, distance, smooth_deg, &Progress::default())
+}
+
+/// As [`offset_model`], with its progress reported.
+///
+/// # Errors
+/// As [`offset_model`].
+pub fn offset_model_watched(
+    model: &Model,
+    distance: f64,
+    smooth_deg: f64,
+    progress: &Progress,
+) -> Result<OffsetModel, OffsetError> {
     check_distance(distance)?;
+    let _stage = progress.stage("offset, edges and radii", "", 0);
     let places = sharp_places(model, distance, smooth_deg.to_radians());
     if !places.is_empty() {
         return Err(OffsetError::Sharp { distance, smooth_deg, places });
     }
     let (radius_mm, radius_at) = smallest_radius(model, distance)?;
     let search = ClosestPoint::new(model);
-    let found = overlaps(&search, distance, smooth_deg.to_radians());
+    let found = overlaps(&search, distance, smooth_deg.to_radians(), progress);
     if !found.places.is_empty() {
         return Err(OffsetError::Overlaps { distance, places: found.places });
     }
-    let Moved { model: offset, gap, fitted, tolerance_mm } = moved(model, distance)?;
+    let Moved { model: offset, gap, fitted, tolerance_mm } = moved(model, distance, progress)?;
     let report = OffsetReport {
         distance_mm: distance,
         fitted,
@@ -89,7 +104,7 @@ pub fn offset_model(
         radius_mm,
         radius_at,
         join_tolerance_mm: model.join_tolerance,
-        distances_mm: distances(&search, &offset),
+        distances_mm: distances(&search, &offset, progress),
         complete: found.complete,
     };
     Ok(OffsetModel { model: offset, report })
@@ -102,7 +117,7 @@ pub fn offset_model(
 /// [`OffsetError::Distance`] and [`OffsetError::Face`].
 pub fn offset_model_again(model: &Model, distance: f64) -> Result<Model, OffsetError> {
     check_distance(distance)?;
-    Ok(moved(model, distance)?.model)
+    Ok(moved(model, distance, &Progress::default())?.model)
 }
 
 fn check_distance(distance: f64) -> Result<(), OffsetError> {
@@ -144,7 +159,7 @@ struct Moved {
 }
 
 /// The moved faces with renewed edges.
-fn moved(model: &Model, distance: f64) -> Result<Moved, OffsetError> {
+fn moved(model: &Model, distance: f64, progress: &Progress) -> Result<Moved, OffsetError> {
     let tolerance = (FIT_PER_JOIN * model.join_tolerance).max(FIT_TOLERANCE_MIN);
     let accuracy = (tolerance, tolerance.max(model.join_tolerance));
     let spans = |face: &Face| {
@@ -152,11 +167,16 @@ fn moved(model: &Model, distance: f64) -> Result<Moved, OffsetError> {
         [0, 1].map(|k| breaks_of(face.surface.knots()[k], domain[k]).len() - 1).iter().product()
     };
     let patches = shares_of_spans(model.faces.iter().map(spans));
+    let stage = progress.stage("offset, surfaces", "faces", model.faces.len() as u64);
     let made: Vec<Result<(Face, f64), String>> = model
         .faces
         .par_iter()
         .zip(patches)
-        .map(|(face, patches)| offset_face(face, distance, accuracy, patches))
+        .map(|(face, patches)| {
+            let made = offset_face(face, distance, accuracy, patches);
+            stage.add(1);
+            made
+        })
         .collect();
     let (mut faces, mut fitted, mut tolerance_mm) = (Vec::with_capacity(made.len()), 0, 0.0_f64);
     for (f, face) in made.into_iter().enumerate() {

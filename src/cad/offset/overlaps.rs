@@ -16,6 +16,7 @@ use crate::cad::closest::{ClosestPoint, WorkLimitReached};
 use crate::cad::model::Face;
 use crate::cad::trim_region::TrimRegion;
 use crate::geometry::{Aabb, Vec2, Vec3};
+use crate::progress::Progress;
 
 /// Size of a cell over the distance below which it is not divided.
 const SMALLEST_REL: f64 = 0.25;
@@ -59,7 +60,12 @@ struct Examination<'m> {
 
 /// Points of the offset of a model by `distance` [mm] that are too close to it. Neighbouring faces whose normals differ
 /// by `smooth` [rad] enter a ball of radius r by `r (1 - cos smooth)`, which is permitted up to a tenth of the distance.
-pub(super) fn overlaps(search: &ClosestPoint<'_>, distance: f64, smooth: f64) -> Overlaps {
+pub(super) fn overlaps(
+    search: &ClosestPoint<'_>,
+    distance: f64,
+    smooth: f64,
+    progress: &Progress,
+) -> Overlaps {
     let model = search.model();
     let accuracy = model.join_tolerance.max(ACCURACY_REL * model.bbox().diagonal());
     let examination = Examination { search, distance, smooth, accuracy };
@@ -70,8 +76,14 @@ pub(super) fn overlaps(search: &ClosestPoint<'_>, distance: f64, smooth: f64) ->
         .collect();
     let all: f64 = weights.iter().sum();
     let allowed = |f: usize| SEARCHES_PER_FACE + (SEARCHES * weights[f] / all) as usize;
+    let stage = progress.stage("offset, self-intersections", "faces", model.faces.len() as u64);
+    let examined = |f: usize| {
+        let found = examination.face(f, allowed(f));
+        stage.add(1);
+        found
+    };
     let found: Vec<(Vec<OverlapPlace>, bool)> =
-        (0..model.faces.len()).into_par_iter().map(|f| examination.face(f, allowed(f))).collect();
+        (0..model.faces.len()).into_par_iter().map(examined).collect();
     let complete = found.iter().all(|f| f.1);
     let mut places: Vec<OverlapPlace> = found.into_iter().flat_map(|f| f.0).collect();
     // Equal distances keep the order of faces.
@@ -194,9 +206,15 @@ fn extent(face: &Face, cell: &Cell) -> (f64, f64) {
 }
 
 /// Smallest and largest distance of points of an offset model from the original [mm], at points of every face.
-pub(super) fn distances(search: &ClosestPoint<'_>, offset: &Model) -> [f64; 2] {
+pub(super) fn distances(
+    search: &ClosestPoint<'_>,
+    offset: &Model,
+    progress: &Progress,
+) -> [f64; 2] {
     const STEPS: usize = 6;
+    let stage = progress.stage("offset, distances", "faces", offset.faces.len() as u64);
     let of_face = |face: &Face| {
+        stage.add(1);
         let region = TrimRegion::new(face);
         let size = region.high - region.low;
         let at = |i: usize, j: usize| {

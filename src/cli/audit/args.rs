@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::cli::exit::EXIT_HELP;
+use crate::cli::paths::{input_path, output_path};
 use crate::cli::quantity::{angle_deg, length_mm};
+use crate::cli::stages::QuietArgs;
 use crate::geometry::Vec3;
 
 /// Arguments of `audit`.
@@ -13,11 +15,11 @@ use crate::geometry::Vec3;
     kanagata audit coarse.tool.json fine.tool.json --cad die.igs\n  \
     kanagata audit punch.tool.json --against die.tool.json --travel 0,0,-60 --thickness 0.8\n\n{EXIT_HELP}"))]
 pub struct AuditArgs {
-    /// Tool files; several are compared in one table
-    #[arg(required = true, value_name = "TOOL")]
+    /// Tool files; several are compared in one table; - for one from standard input
+    #[arg(required = true, value_name = "TOOL", value_parser = input_path)]
     pub(super) tools: Vec<PathBuf>,
-    /// The CAD file from which the tools were made
-    #[arg(long, value_name = "FILE", required_unless_present = "against")]
+    /// The CAD file from which the tools were made; - for standard input
+    #[arg(long, value_name = "FILE", required_unless_present = "against", value_parser = input_path)]
     pub(super) cad: Option<PathBuf>,
     /// Measure the clearance to this tool at the end of --travel and compare it with --thickness; exit code 1 below it
     #[arg(long, value_name = "TOOL", requires = "thickness", conflicts_with_all = ["cad", "vtu", "html", "map"])]
@@ -43,8 +45,8 @@ pub struct AuditArgs {
     /// End with exit code 0 in spite of doubts, which are still listed
     #[arg(long)]
     pub(super) accept_doubts: bool,
-    /// Write the figures as JSON; with several tools as a list
-    #[arg(long, value_name = "FILE")]
+    /// Write the figures as JSON; with several tools as a list; - for standard output
+    #[arg(long, value_name = "FILE", value_parser = output_path)]
     pub(super) json: Option<PathBuf>,
     /// Write the patches coloured by their shape error
     #[arg(long, value_name = "FILE")]
@@ -55,6 +57,8 @@ pub struct AuditArgs {
     /// Write a page with tables, histogram and a 3-D view
     #[arg(long, value_name = "FILE")]
     pub(super) html: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) quiet: QuietArgs,
 }
 
 impl AuditArgs {

@@ -10,11 +10,12 @@ use std::path::{Path, PathBuf};
 pub use self::args::AuditArgs;
 use self::clearance::clearances;
 use self::json::write_json;
-use self::print::{file_name, print_report, print_row};
+use self::print::{file_name, print_report, print_row, short};
 use super::doubts::print_doubts;
 use super::exit::{Exit, Failure};
 use super::output_clash::refuse_clashes;
 use super::read::{LostFaces, read_model};
+use super::stages::{name_part, progress, show};
 use super::terminal::{err, out};
 use crate::audit::{
     Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, doubts, map, page, view,
@@ -52,6 +53,7 @@ pub fn run(args: &AuditArgs) -> Result<Exit, Failure> {
         ));
     }
     refuse_clashes(&args.inputs(), &args.outputs())?;
+    let _shown = show(args.quiet);
     let exits = match (&args.against, args.thickness, &args.cad) {
         (Some(against), Some(thickness), _) => clearances(args, against, thickness)?,
         (_, _, Some(cad)) => audits(args, cad)?,
@@ -110,6 +112,9 @@ fn audited(
     (cad, cad_sha256): (&Path, &str),
     (model, whole): (&Model, &CadReference<'_>),
 ) -> Result<AuditReport, Failure> {
+    if args.tools.len() > 1 {
+        name_part(format!("{}: ", short(tool)));
+    }
     let mut loaded = read(tool)?;
     let is_same = loaded.provenance.cad_sha256 == cad_sha256;
     let chosen =
@@ -157,6 +162,7 @@ fn options(args: &AuditArgs) -> AuditOptions {
         samples: args.samples,
         tolerance_mm: args.tol,
         normal_tolerance_deg: args.normal_tol,
+        progress: progress(),
         ..AuditOptions::default()
     }
 }

@@ -7,8 +7,10 @@ use clap::ValueEnum;
 use super::offset_args::OffsetArgs;
 use crate::cli::exit::{EXIT_HELP, Failure};
 use crate::cli::mesh::MesherArgs;
+use crate::cli::paths::{input_path, output_path};
 use crate::cli::quantity::{angle_deg, length_mm, time_s};
 use crate::cli::select::SelectArgs;
+use crate::cli::stages::QuietArgs;
 use crate::convert::reach::Reached;
 use crate::geometry::Vec3;
 
@@ -24,10 +26,11 @@ use crate::geometry::Vec3;
     kanagata convert die.tool.json -o bezier.tool.json --to bezier\n\n{EXIT_HELP}"))]
 pub struct ConvertArgs {
     /// IGES or STEP file, or a mesh without CAD (.msh, .stl, .obj, .vtu, ...) with its own or estimated normals; with
-    /// --to a tool file
+    /// --to a tool file; - for CAD or a tool file from standard input
+    #[arg(value_parser = input_path)]
     pub(super) file: PathBuf,
-    /// Tool file
-    #[arg(short, long, value_name = "FILE")]
+    /// Tool file; - for standard output
+    #[arg(short, long, value_name = "FILE", value_parser = output_path)]
     pub(super) output: PathBuf,
     /// Name of the tool; default: from the output file
     #[arg(long)]
@@ -100,6 +103,8 @@ pub struct HowArgs {
     pub(super) select: SelectArgs,
     #[command(flatten)]
     pub(super) mesher: MesherArgs,
+    #[command(flatten)]
+    pub(super) quiet: QuietArgs,
 }
 
 /// Kinds of patch.

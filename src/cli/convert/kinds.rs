@@ -8,6 +8,7 @@ use crate::cad::Model;
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::mesh::MesherArgs;
 use crate::cli::skip::skipping;
+use crate::cli::stages::progress;
 use crate::cli::terminal::{err, out};
 use crate::convert::bezier::{BezierError, BezierOptions, FINEST, Within, within_tolerance};
 use crate::convert::reach::Reached;
@@ -30,7 +31,7 @@ pub(super) fn bezier(
     let tolerance_mm = args.how.tol.unwrap_or(TOLERANCE);
     let (sheet_side, flip) = args.side_and_flip(reached);
     let name = args.name.clone().unwrap_or_else(|| stem(&args.output));
-    let options = BezierOptions { name, tolerance_mm, sheet_side, flip };
+    let options = BezierOptions { name, tolerance_mm, sheet_side, flip, progress: progress() };
     let make = |model: &Model| made_within(args, model, &options);
     let (made, part) = skipping(args.how.mesher.skips_faces(), model, make)?;
     let (mut within, mesher) = made;

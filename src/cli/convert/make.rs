@@ -17,7 +17,7 @@ use crate::cli::skip::{renumbered, skipping};
 use crate::convert::offset::doubts;
 use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
 use crate::convert::tolerance::Borders as Meeting;
-use crate::convert::tolerance::{Goal, ToleranceError, to_patches, to_tolerance_in_time};
+use crate::convert::tolerance::{Aim, Goal, refined_to};
 use crate::convert::unfolded::{UnfoldedError, mesh_and_convert};
 use crate::convert::{ConvertOptions, ConvertReport, convert};
 use crate::mesh::mapped::MappedOptions;
@@ -142,22 +142,18 @@ fn refined(
         Borders::Conforming => Meeting::Conforming,
         Borders::Independent => Meeting::Independent,
     };
-    let found = match args.how.patches {
-        Some(patches) => to_patches(model, &mesh, options, patches, !args.how.on_cad, borders)?,
-        None => {
-            let goal = Goal {
-                tol_mm: args.how.tol.unwrap_or(f64::INFINITY),
-                normal_deg: args.how.normal_tol.unwrap_or(f64::INFINITY),
-                two_sided: !args.how.on_cad,
-                borders,
-            };
-            let time = args.how.time.map(Duration::from_secs_f64);
-            match to_tolerance_in_time(model, &mesh, options, &goal, time) {
-                Err(ToleranceError::Above { model, .. }) => *model,
-                found => found?,
-            }
-        }
+    let two_sided = !args.how.on_cad;
+    let goal = Goal {
+        tol_mm: args.how.tol.unwrap_or(f64::INFINITY),
+        normal_deg: args.how.normal_tol.unwrap_or(f64::INFINITY),
+        two_sided,
+        borders,
     };
+    let aim = match args.how.patches {
+        Some(patches) => Aim::Patches { patches, two_sided, borders },
+        None => Aim::Within(goal, args.how.time.map(Duration::from_secs_f64)),
+    };
+    let found = refined_to(model, &mesh, options, &aim)?;
     Ok(Converted {
         tool: found.tool,
         report: found.report,

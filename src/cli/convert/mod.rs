@@ -24,6 +24,7 @@ use super::exit::{Exit, Failure};
 use super::read::read_model;
 use crate::cli::doubts::print_conversion_doubts;
 use crate::cli::output_clash::refuse_clashes;
+use crate::cli::stages::show;
 use crate::cli::terminal::out;
 use crate::convert::ConvertError;
 use crate::convert::tolerance::ToleranceError;
@@ -51,6 +52,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     args.check_refinement()?;
     args.how.mesher.check()?;
     refuse_clashes(&args.inputs(), &[("--output", Some(&args.output))])?;
+    let shown = show(args.how.quiet);
     if let Some(to) = args.to {
         return exchange(args, to);
     }
@@ -60,6 +62,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     args.check_cad()?;
     let whole = read_model(&args.file, args.how.mesher.lost_faces())?;
     let made = make_tool(args, &whole)?;
+    drop(shown);
     made.print(args);
     out!("  {}", args.output.display());
     let doubts = made.doubts();

@@ -2,8 +2,9 @@
 
 use super::args::{ConvertArgs, SheetSide};
 use crate::cad::Model;
-use crate::cad::offset::{OffsetModel, OffsetReport, offset_model};
+use crate::cad::offset::{OffsetModel, OffsetReport, offset_model_watched};
 use crate::cli::exit::Failure;
+use crate::cli::stages::progress;
 use crate::cli::terminal::out;
 use crate::convert::offset::signed_distance;
 
@@ -26,7 +27,7 @@ pub(super) fn offset_of(
         return Ok(None);
     }
     let number = |f: usize| numbers.map_or(f, |numbers| numbers[f]);
-    let made = offset_model(model, distance, args.how.smooth_deg)
+    let made = offset_model_watched(model, distance, args.how.smooth_deg, &progress())
         .map_err(|e| Failure::of_file(&args.file, e.renumbered(number)))?;
     print(&made.report, model.faces.len());
     Ok(Some(made))

@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use super::args::{ConvertArgs, Edge, Kind};
+use crate::cli::stages::progress;
 use crate::convert::ConvertOptions;
 use crate::convert::reach::Reached;
+use crate::files::standard::is_stdout;
 use crate::tool::ToolKind;
 use crate::tool::edge::EdgeRule;
 
@@ -27,11 +29,15 @@ pub(super) fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertO
         sheet_side,
         flip,
         straighten: args.how.tol.is_some() || args.how.patches.is_some(),
+        progress: progress(),
     }
 }
 
-/// File name without `.tool.json`.
+/// File name without `.tool.json`; `tool` for standard output.
 pub(super) fn stem(path: &Path) -> String {
+    if is_stdout(path) {
+        return "tool".into();
+    }
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let stem = name.strip_suffix(".json").unwrap_or(&name);
     stem.strip_suffix(".tool").unwrap_or(stem).to_owned()

@@ -11,7 +11,9 @@ use crate::cad::attributes::Body;
 use crate::cli::doubts::print_conversion_doubts;
 use crate::cli::exit::{EXIT_HELP, Exit, Failure};
 use crate::cli::output_clash::refuse_clashes;
+use crate::cli::paths::{input_path, named_path};
 use crate::cli::read::read_model;
+use crate::cli::stages::{name_part, show};
 use crate::cli::terminal::{err, out};
 use crate::report::doubt::Doubt;
 
@@ -25,10 +27,11 @@ const NAME_LENGTH_MAX: usize = 60;
 #[command(after_help = format!("Examples:\n  kanagata split fixtures/bodies/press.stp -o tools\n  \
     kanagata split press.stp -o tools --bodies 'die,punch' --facing +z --tol 0.01mm\n\n{EXIT_HELP}"))]
 pub struct SplitArgs {
-    /// IGES or STEP file
+    /// IGES or STEP file; - for standard input
+    #[arg(value_parser = input_path)]
     file: PathBuf,
     /// Folder of the tool files; made if it is not there. A file is named after its body
-    #[arg(short, long, value_name = "FOLDER")]
+    #[arg(short, long, value_name = "FOLDER", value_parser = named_path)]
     output: PathBuf,
     #[command(flatten)]
     how: HowArgs,
@@ -44,6 +47,7 @@ pub fn run(args: &SplitArgs) -> Result<Exit, Failure> {
     if let Some(scene) = &args.how.reach {
         crate::scene::read::scene_of(scene)?;
     }
+    let _shown = show(args.how.quiet);
     let whole = read_model(&args.file, args.how.mesher.lost_faces())?;
     let bodies = bodies_of(args, &whole)?;
     std::fs::create_dir_all(&args.output).map_err(|e| {
@@ -51,7 +55,8 @@ pub fn run(args: &SplitArgs) -> Result<Exit, Failure> {
     })?;
     let mut failed: Vec<(String, Failure)> = Vec::new();
     let mut doubts: Vec<Doubt> = Vec::new();
-    for (body, name) in &bodies {
+    for (number, (body, name)) in bodies.iter().enumerate() {
+        name_part(format!("{name}, body {} of {}: ", number + 1, bodies.len()));
         let output = args.output.join(format!("{name}.tool.json"));
         let one = one_body(args, &output, name, *body);
         match converted(&one, &whole) {

@@ -25,6 +25,7 @@ use crate::audit::report::Borders;
 use crate::cad::Model;
 use crate::geometry::Vec3;
 use crate::mesh::{Element, SurfaceMesh};
+use crate::progress::Progress;
 use crate::tool::patch::MAX_DEGREE;
 use crate::tool::{Patch, ToolKind, ToolModel};
 
@@ -39,6 +40,8 @@ pub struct BezierOptions {
     pub sheet_side: Option<Vec3>,
     /// Reverses the model (after `sheet_side`).
     pub flip: bool,
+    /// Where the progress is reported.
+    pub progress: Progress,
 }
 
 /// Report of a conversion to Bezier patches.
@@ -75,16 +78,21 @@ pub fn bezier_from_cad(
         return Err(ConvertError::Face { element, face: mesh.elements[element].face, count });
     }
     let vertex_searches = Searches::new(model, mesh, SearchLimits::NAGATA);
+    let vertex_searches = vertex_searches.watched(&options.progress);
     let feet = normals::vertex_normals(model, mesh, 0.0, &vertex_searches)?.feet;
     let searches = Searches::new(model, mesh, SearchLimits::BEZIER);
     let sides = Sides::of(model, mesh, &feet, &searches);
     searches.check()?;
     let basis = Basis::new();
-    let mut shapes: Vec<PatchShape> = mesh
-        .elements
-        .par_iter()
-        .map(|e| lowest_degrees(searches.face(e.face), e, (&sides, &basis), options.tolerance_mm))
-        .collect();
+    let (tolerance, stage) = (
+        options.tolerance_mm,
+        options.progress.stage("patches", "patches", mesh.elements.len() as u64),
+    );
+    let shape_of = |e: &Element| {
+        stage.add(1);
+        lowest_degrees(searches.face(e.face), e, (&sides, &basis), tolerance)
+    };
+    let mut shapes: Vec<PatchShape> = mesh.elements.par_iter().map(shape_of).collect();
     searches.check()?;
     equalise(&mut shapes);
     let build = |shape: &PatchShape, face: u32| {

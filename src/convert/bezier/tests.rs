@@ -10,7 +10,13 @@ fn read(file: &str) -> Model {
 }
 
 fn options(tolerance_mm: f64) -> BezierOptions {
-    BezierOptions { name: "t".into(), tolerance_mm, sheet_side: None, flip: false }
+    BezierOptions {
+        name: "t".into(),
+        tolerance_mm,
+        sheet_side: None,
+        flip: false,
+        progress: Default::default(),
+    }
 }
 
 fn coarse(model: &Model, arc_divisions: usize, style: MeshStyle) -> SurfaceMesh {

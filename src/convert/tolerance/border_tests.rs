@@ -37,8 +37,13 @@ fn free_borders_of_facets_and_bezier_patches_are_within_the_tolerance() {
     };
     let options = ConvertOptions { kind: ToolKind::Facets, ..ConvertOptions::default() };
     let facets = to_tolerance(&model, &MappedOptions::default(), &options, &goal).unwrap();
-    let options =
-        BezierOptions { name: "plate".into(), tolerance_mm: 0.5, sheet_side: None, flip: false };
+    let options = BezierOptions {
+        name: "plate".into(),
+        tolerance_mm: 0.5,
+        sheet_side: None,
+        flip: false,
+        progress: Default::default(),
+    };
     let mesh = |arc_divisions| {
         crate::mesh::mapped::mesh(
             &model,

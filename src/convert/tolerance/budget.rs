@@ -5,6 +5,8 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use crate::progress::{Progress, Stage};
+
 /// Work limit of the saving of patches: `SAVING_PATCHES_MAX + SAVING_PATCHES_PER_FACE * faces` evaluated patches. A
 /// search beyond it keeps its divisions. With a tenth of this limit, a ball with a hole takes 164 patches instead of
 /// 100. Doubled: files that reach the limit take twice as long.
@@ -35,6 +37,9 @@ pub(super) struct Budget {
     limited: AtomicBool,
     /// Times at which the saving of patches and the search end.
     ends: OnceLock<[Instant; 2]>,
+    /// Where the progress of the refinement is reported.
+    pub progress: Progress,
+    stage: Stage,
 }
 
 impl Budget {
@@ -43,13 +48,29 @@ impl Budget {
         Self::new(SAVING_PATCHES_MAX + SAVING_PATCHES_PER_FACE * faces as u64)
     }
 
+    /// The same budget, whose work is reported to `progress`: a search that ends at its limit of work or time at the latest.
+    pub fn watched(self, progress: &Progress) -> Self {
+        let limit = SEARCH_LIMIT_RATIO * self.saving;
+        let stage = progress.limited_stage("search for the fewest patches", "patches", limit);
+        Self { progress: progress.clone(), stage, ..self }
+    }
+
+    /// Reports the fraction of the work, or of the time if there is a limit.
+    fn report(&self) {
+        let Some([half, end]) = self.ends.get() else { return self.stage.raise_to(self.total()) };
+        let time = 2.0 * end.duration_since(*half).as_secs_f64();
+        let left = end.saturating_duration_since(Instant::now()).as_secs_f64();
+        let done = if time > 0.0 { 1.0 - left / time } else { 1.0 };
+        self.stage.raise_to((done * (SEARCH_LIMIT_RATIO * self.saving) as f64) as u64);
+    }
+
     /// Budget of one face of a model with this number of faces, where each face is refined alone.
     pub fn of_single_face(faces: usize) -> Self {
         Self::new(SAVING_PATCHES_MAX / faces.max(1) as u64 + 5 * SAVING_PATCHES_PER_FACE)
     }
 
     /// Budget with this limit of the saving of patches.
-    pub const fn new(saving: u64) -> Self {
+    pub fn new(saving: u64) -> Self {
         let (evaluated, completed) = (AtomicU64::new(0), AtomicU64::new(0));
         Self {
             evaluated,
@@ -57,6 +78,8 @@ impl Budget {
             saving,
             limited: AtomicBool::new(false),
             ends: OnceLock::new(),
+            progress: Progress::default(),
+            stage: Progress::default().stage("", "", 0),
         }
     }
 
@@ -95,11 +118,13 @@ impl Budget {
     /// Adds evaluated patches. The sum after a parallel section does not depend on the order of threads.
     pub fn add_evaluated(&self, patches: u64) {
         self.evaluated.fetch_add(patches, Ordering::Relaxed);
+        self.report();
     }
 
     /// Adds the cost of a complete model with this number of patches.
     pub fn add_complete(&self, patches: u64) {
         self.completed.fetch_add(COMPLETE_PATCH_COST * patches, Ordering::Relaxed);
+        self.report();
     }
 
     /// True when the remaining work covers a complete model with this number of patches.

@@ -1,5 +1,7 @@
 //! Goal and result of a refinement.
 
+use std::time::Duration;
+
 use crate::audit::AuditReport;
 use crate::convert::ConvertReport;
 use crate::tool::ToolModel;
@@ -16,6 +18,22 @@ pub struct Goal {
     pub two_sided: bool,
     /// Connection of adjacent faces.
     pub borders: Borders,
+}
+
+/// What a refinement aims at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Aim {
+    /// The smallest shape error with at most this many patches.
+    Patches {
+        /// Number of patches.
+        patches: usize,
+        /// As [`Goal::two_sided`].
+        two_sided: bool,
+        /// Connection of adjacent faces.
+        borders: Borders,
+    },
+    /// The fewest patches within a goal, in about this time if it is given.
+    Within(Goal, Option<Duration>),
 }
 
 /// Connection of the patches of adjacent faces at their common CAD edge.

@@ -136,7 +136,14 @@ impl IndependentFaces<'_> {
             FaceRequest { borders, on_cad: false }
         };
         let mut requests: Vec<FaceRequest> = self.scopes.iter().map(initial).collect();
-        let first = requests.par_iter().enumerate().map(|(f, r)| self.refine_face(goal, f, r));
+        let count = requests.len() as u64;
+        let stage = self.whole.budget.progress.stage("faces one by one", "faces", count);
+        let refined = |(f, request)| {
+            let model = self.refine_face(goal, f, request);
+            stage.add(1);
+            model
+        };
+        let first = requests.par_iter().enumerate().map(refined);
         let mut models: Vec<FaceModel> = first.collect::<Result<_, _>>()?;
         let size = self.whole.plan.model().bbox().diagonal();
         let allowed = if goal.tol_mm.is_finite() {

@@ -40,7 +40,7 @@ mod uniform;
 mod vertex_directions;
 
 pub use error::ToleranceError;
-pub use goal::{Borders, Goal, Refined};
+pub use goal::{Aim, Borders, Goal, Refined};
 
 use std::time::{Duration, Instant};
 
@@ -88,10 +88,12 @@ pub fn to_tolerance_in_time(
 ) -> Result<Refined, ToleranceError> {
     let start = Instant::now();
     check_goal(goal)?;
+    let (progress, options) = (&options.progress, &options.unwatched());
     let reference = CadReference::new(model);
     let neighbours = Neighbours::new(model);
     let slides = (goal.two_sided && neighbours.allow_slides()).then_some(&neighbours);
-    let scope = Scope::new(model, &reference, mesh, options, slides, goal.normal_deg.is_finite())?;
+    let normals = goal.normal_deg.is_finite();
+    let scope = Scope::new(model, &reference, mesh, options, slides, normals)?.watched(progress);
     if let Some(time) = time {
         let limit = |reserve| scope.budget.limit_time(time.saturating_sub(reserve));
         scope.keep_uniform_models(goal, || limit(start.elapsed() * RESERVED_MODELS));
@@ -134,6 +136,29 @@ fn searched(scope: &Scope<'_>, goal: &Goal) -> Result<Refined, ToleranceError> {
             let independent = with_independent_faces(scope, |faces| faces.refined(goal));
             fewer_patches(conforming, independent.and_then(|found| found))
         }
+    }
+}
+
+/// Converts `model` to the model that comes closest to `aim`: where a goal is not reached, that with the smallest error found,
+/// whose audit says so.
+///
+/// # Errors
+/// As [`to_tolerance`] and [`to_patches`], without [`ToleranceError::Above`].
+pub fn refined_to(
+    model: &Model,
+    mesh: &MappedOptions,
+    options: &ConvertOptions,
+    aim: &Aim,
+) -> Result<Refined, ToleranceError> {
+    let found = match *aim {
+        Aim::Patches { patches, two_sided, borders } => {
+            to_patches(model, mesh, options, patches, two_sided, borders)
+        }
+        Aim::Within(goal, time) => to_tolerance_in_time(model, mesh, options, &goal, time),
+    };
+    match found {
+        Err(ToleranceError::Above { model, .. }) => Ok(*model),
+        found => found,
     }
 }
 
@@ -191,10 +216,12 @@ pub fn to_patches(
     two_sided: bool,
     borders: Borders,
 ) -> Result<Refined, ToleranceError> {
+    let (progress, options) = (&options.progress, &options.unwatched());
     let reference = CadReference::new(model);
     let neighbours = Neighbours::new(model);
     let slides = two_sided && neighbours.allow_slides();
-    let scope = Scope::new(model, &reference, mesh, options, slides.then_some(&neighbours), false)?;
+    let movable = slides.then_some(&neighbours);
+    let scope = Scope::new(model, &reference, mesh, options, movable, false)?.watched(progress);
     let evaluator = FaceEvaluator::new(&scope, &scope.free_edges, false);
     let estimating = FaceEvaluator::new(&scope, &scope.free_edges, true);
     let goal = |tol_mm: f64| Goal { tol_mm, normal_deg: f64::INFINITY, two_sided, borders };

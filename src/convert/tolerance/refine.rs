@@ -301,7 +301,8 @@ impl Scope<'_> {
 
     /// A model with the complete audit of its patches and borders against the trimmed CAD.
     pub(super) fn with_full_audit(&self, found: Refined) -> Result<Refined, ToleranceError> {
-        self.with_audit(found, AuditOptions::default())
+        let progress = self.budget.progress.clone();
+        self.with_audit(found, AuditOptions { progress, ..AuditOptions::default() })
     }
 
     /// As [`Self::with_full_audit`], without what no tolerance limits: areas, and the extremes of normal errors where

@@ -16,6 +16,7 @@ use crate::convert::ConvertOptions;
 use crate::mesh::MeshError;
 use crate::mesh::mapped::MappedOptions;
 use crate::mesh::mapped::plan::Plan;
+use crate::progress::Progress;
 use crate::tool::ToolModel;
 
 /// Scope of a refinement, with the data that do not change during the search.
@@ -97,6 +98,12 @@ impl<'a> Scope<'a> {
             models: Arc::default(),
             closest: Arc::default(),
         })
+    }
+
+    /// The same scope before its search, whose progress is reported to `progress`.
+    pub(super) fn watched(self, progress: &Progress) -> Self {
+        let budget = Budget::of_faces(self.plan.model().faces.len()).watched(progress);
+        Self { budget: Arc::new(budget), ..self }
     }
 
     /// The same scope with triangles at poles and nodes inside flats with holes. Quadrilaterals at poles are not always

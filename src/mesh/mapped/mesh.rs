@@ -4,6 +4,7 @@ use super::mesher::Mesher;
 use super::options::{MappedOptions, MeshStyle, check_options};
 use crate::cad::Model;
 use crate::mesh::{MeshError, SurfaceMesh};
+use crate::progress::Progress;
 
 /// Meshes every face of `model`.
 ///
@@ -11,18 +12,30 @@ use crate::mesh::{MeshError, SurfaceMesh};
 /// [`MeshError::NoFaces`], [`MeshError::Option`]; [`MeshError::Faces`] with the first of the faces whose boundary
 /// encloses no region at any refinement.
 pub fn mesh(model: &Model, options: &MappedOptions) -> Result<SurfaceMesh, MeshError> {
+    mesh_watched(model, options, &Progress::default())
+}
+
+/// As [`mesh`], with its progress reported: the faces of every round.
+///
+/// # Errors
+/// As [`mesh`].
+pub fn mesh_watched(
+    model: &Model,
+    options: &MappedOptions,
+    progress: &Progress,
+) -> Result<SurfaceMesh, MeshError> {
     check_options(options)?;
     if model.faces.is_empty() {
         return Err(MeshError::NoFaces { name: model.name.clone() });
     }
     if options.style != MeshStyle::Quads {
-        return Mesher::new(model, options, false).run();
+        return Mesher::new(model, options, false).watched(progress).run();
     }
     let structured = MappedOptions { style: MeshStyle::Structured, ..*options };
     if let Some(mesh) = even_quads(model, &structured) {
         return Ok(mesh);
     }
-    Mesher::new(model, &structured, true).run()
+    Mesher::new(model, &structured, true).watched(progress).run()
 }
 
 /// Quadrilaterals without halving: all faces are mapped except flat ones, whose boundaries are divided until they can

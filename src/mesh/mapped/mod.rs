@@ -31,6 +31,6 @@ mod trimmed;
 mod untangle;
 
 pub use self::demand::{is_crease, is_flat};
-pub use self::mesh::mesh;
+pub use self::mesh::{mesh, mesh_watched};
 pub use self::options::{MappedOptions, MeshStyle};
 pub(super) use self::sine::corner_sine;

@@ -12,6 +12,7 @@ use super::options::{MappedOptions, MeshStyle, check_options};
 use super::sides::Shape;
 use crate::cad::Model;
 use crate::mesh::{MeshError, SurfaceMesh};
+use crate::progress::Progress;
 
 /// Data of a model that do not depend on the divisions.
 pub struct Plan<'m> {
@@ -51,6 +52,12 @@ impl<'m> Plan<'m> {
         let chains = chains(model.edges.len(), &mesher.rules().0);
         let (rules, owners) = mesher.prepared_rules();
         Ok(Self { mesher, rules, owners, chains, even, uniform: Mutex::default() })
+    }
+
+    /// The same plan, which reports the progress of [`Self::mesh`].
+    #[must_use]
+    pub fn watched(self, progress: &Progress) -> Self {
+        Self { mesher: self.mesher.watched(progress), ..self }
     }
 
     /// The model.

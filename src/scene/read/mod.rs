@@ -42,6 +42,17 @@ pub fn read_with(path: &Path, set: &[SetValue]) -> Result<Plan, SceneError> {
     Ok(plan_of(path, scene, &bytes, mesh_file)?.with_set(set))
 }
 
+/// As [`read_with`], for the text `bytes` of a scene. `path` need not exist: its name is that of messages, and its folder that
+/// of the files that the scene names.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_text_with(bytes: &[u8], path: &Path, set: &[SetValue]) -> Result<Plan, SceneError> {
+    let (mut scene, bytes) = text_with(bytes.to_vec(), path, set)?;
+    let mesh_file = complete_blank(&mut scene.blank, path, folder_of(path))?;
+    Ok(plan_of(path, scene, &bytes, mesh_file)?.with_set(set))
+}
+
 /// As [`read_with`], but a mesh file of the blank that is too large for a check is not read.
 ///
 /// # Errors
@@ -201,11 +212,20 @@ pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
 
 /// The scene at `path` with values set from outside, and its text.
 fn scene_with(path: &Path, set: &[SetValue]) -> Result<(Scene, Vec<u8>), SceneError> {
-    if set.is_empty() {
-        return scene_of(path);
-    }
     let bytes = crate::files::read(path, crate::files::Input::Description)
         .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
+    text_with(bytes, path, set)
+}
+
+/// The scene of a text with values set from outside, and its text.
+fn text_with(
+    bytes: Vec<u8>,
+    path: &Path,
+    set: &[SetValue],
+) -> Result<(Scene, Vec<u8>), SceneError> {
+    if set.is_empty() {
+        return Ok((parse(&bytes, path)?, bytes));
+    }
     let json = json_text(&bytes, path)?;
     let Ok(mut value) = serde_json::from_slice::<serde_json::Value>(&without_comments(&json))
     else {
@@ -244,7 +264,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Scene, SceneError> {
 fn parse_json(bytes: &[u8], path: &Path) -> Result<Scene, SceneError> {
     let text = without_comments(bytes);
     let scene: Scene = parsed(&text).map_err(|(e, key)| {
-        if is_toml(path) {
+        if is_toml(bytes, path) {
             // Lines of the JSON text are none of the file.
             let place = if key.is_empty() { "scene".to_owned() } else { key };
             let allowed = "the keys and values of schemas/scene.schema.json".to_owned();

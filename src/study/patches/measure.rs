@@ -13,6 +13,7 @@ use crate::convert::{ConvertOptions, convert};
 use crate::geometry::Vec3;
 use crate::mesh::mapped::{self, MappedOptions};
 use crate::mesh::{MeshError, SurfaceMesh};
+use crate::progress::Progress;
 use crate::tool::edge::EdgeRule;
 use crate::tool::{ToolKind, ToolModel};
 
@@ -166,6 +167,7 @@ impl<'a> Bench<'a> {
             tolerance_mm,
             sheet_side: options.sheet_side,
             flip: options.flip,
+            progress: Progress::default(),
         };
         let mesh_of = |n| mapped::mesh(self.model, &MappedOptions { arc_divisions: n, ..*mesh });
         let found = within_tolerance(self.model, &options, false, FINEST, mesh_of);

@@ -19,6 +19,7 @@ use super::{demand, pairing, regions, sides, trimmed};
 use crate::cad::Model;
 use crate::cad::model::Face;
 use crate::mesh::{Element, MeshError, SurfaceMesh};
+use crate::progress::Progress;
 
 /// Maximum number of boundary refinements of faces that cannot be meshed.
 const BOUNDARY_ROUNDS_MAX: usize = 7;
@@ -53,6 +54,8 @@ pub(super) struct Mesher<'m> {
     pub(super) density: Vec<usize>,
     /// Target length of interior sides relative to the largest size, by face that is not mapped.
     sizes: Vec<f64>,
+    /// Where the progress of [`Self::run`] is reported.
+    progress: Progress,
 }
 
 impl<'m> Mesher<'m> {
@@ -92,7 +95,13 @@ impl<'m> Mesher<'m> {
             poles,
             density,
             sizes: vec![demand::initial_size_ratio(halved); model.faces.len()],
+            progress: Progress::default(),
         }
+    }
+
+    /// The same mesher, whose progress is reported to `progress`.
+    pub(super) fn watched(self, progress: &Progress) -> Self {
+        Self { progress: progress.clone(), ..self }
     }
 
     pub(super) fn run(mut self) -> Result<SurfaceMesh, MeshError> {
@@ -103,10 +112,7 @@ impl<'m> Mesher<'m> {
             let (counts, mapped) = self.agree(&self.minima, &rules, &owners);
             self.check_size(&counts)?;
             let border = Border::new(self.model, &self.cuts(&counts));
-            let works: Vec<Result<Patchwork, String>> = (0..self.model.faces.len())
-                .into_par_iter()
-                .map(|f| self.face(&border, f, mapped[f], self.density[f]))
-                .collect();
+            let works = self.faces(&border, &mapped);
             let reasons = works.iter().map(|w| w.as_ref().err().cloned()).enumerate();
             failed = reasons.filter_map(|(f, e)| Some((f, e?))).collect::<Vec<_>>();
             if failed.is_empty() {
@@ -130,6 +136,18 @@ impl<'m> Mesher<'m> {
             }
         }
         Err(self.fault(failed))
+    }
+
+    /// Elements of all faces of a round.
+    fn faces(&self, border: &Border, mapped: &[bool]) -> Vec<Result<Patchwork, String>> {
+        let count = self.model.faces.len();
+        let stage = self.progress.stage("mesh", "faces", count as u64);
+        let meshed = |f: usize| {
+            let work = self.face(border, f, mapped[f], self.density[f]);
+            stage.add(1);
+            work
+        };
+        (0..count).into_par_iter().map(meshed).collect()
     }
 
     /// Error for the first face that cannot be meshed.

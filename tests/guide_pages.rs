@@ -42,8 +42,10 @@ fn scripts(page: &str) -> Vec<String> {
 /// Runs scripts in `folder`. The programs may end with a doubt (1), and with nothing worse.
 fn run(folder: &Path, scripts: &[String]) {
     let programs = Path::new(env!("CARGO_BIN_EXE_kanagata")).parent().unwrap();
-    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures");
-    let _ = std::os::unix::fs::symlink(fixtures, folder.join("fixtures"));
+    for name in ["fixtures", "examples"] {
+        let there = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+        let _ = std::os::unix::fs::symlink(there, folder.join(name));
+    }
     for script in scripts {
         let guarded = format!(
             "set -eu\nguard() {{ local code=0; \"$@\" || code=$?; [ $code -le 1 ] || exit $code; }}\n\
@@ -83,6 +85,56 @@ fn getting_started_and_its_study_are_run_as_they_are_written() {
     for file in ["run/report.html", "study/study.html"] {
         assert!(folder.path().join("out/dome").join(file).exists(), "{file}");
     }
+}
+
+/// A sequence of runs with its estimated errors, and its status.
+#[test]
+fn the_accuracy_of_the_page_is_reached() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = scripts(&page("accuracy.md"));
+    assert!(all.len() == 1 && all[0].contains("--accuracy 10%"), "{all:#?}");
+    run(folder.path(), &all);
+    let accuracy = record(&folder.path().join("out/u-draw"))["accuracy"].take();
+    assert_eq!(accuracy["end"], "reached");
+    for quantity in accuracy["quantities"].as_array().unwrap() {
+        assert!(quantity["error"].as_f64() <= quantity["allowed"].as_f64(), "{quantity}");
+    }
+}
+
+#[test]
+fn the_strip_of_the_page_on_formability_has_a_margin_to_its_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = scripts(&page("formability.md"));
+    assert_eq!(all.len(), 2, "{all:#?}");
+    run(folder.path(), &all);
+    let record = record(&folder.path().join("out/strip-limit"));
+    assert!(record["formability"]["margin"]["margin"].as_f64().unwrap() > 0.1, "{record:#}");
+}
+
+/// `init`, and `run` with tools from CAD.
+#[test]
+fn the_scene_that_is_proposed_is_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = scripts(&page("scenes.md"));
+    let [init, made] = &all[..] else { panic!("{all:#?}") };
+    assert!(init.contains("kanagata init") && made.contains("kanagata run"), "{all:#?}");
+    run(folder.path(), &all);
+    for file in ["cup.scene.json", "die.tool.json", "run/report.html"] {
+        assert!(folder.path().join("out/cup").join(file).exists(), "{file}");
+    }
+}
+
+/// The first command; the others need packages that tools/examples installs and runs.
+#[test]
+fn values_are_set_and_results_written_as_the_page_on_parameters_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = scripts(&page("parameters.md"));
+    assert!(all[0].contains("--metrics out/run-7.json"), "{all:#?}");
+    run(folder.path(), &all[..1]);
+    let metrics = std::fs::read(folder.path().join("out/run-7.json")).unwrap();
+    let metrics: Value = serde_json::from_slice(&metrics).unwrap();
+    assert!(metrics["thickness_min_mm"].as_f64().unwrap() < 1.2, "{metrics:#}");
+    assert_eq!(record(&folder.path().join("out/run-7"))["set"][0], "tools.die.friction=0.08");
 }
 
 /// Die, binder and punch of one STEP file, and then a punch that is made from the die: the part is the same.

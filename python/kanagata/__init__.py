@@ -26,7 +26,7 @@ from ._kanagata import (
 )
 from .programs import program
 from .results import Run
-from .scenes import Check, Progress, Scene, run
+from .scenes import Accuracy, Check, Progress, Scene, run, run_to_accuracy
 from .tools import (
     Closest,
     MadeTool,
@@ -41,6 +41,7 @@ from .tools import (
 )
 
 __all__ = [
+    "Accuracy",
     "Audit",
     "Cad",
     "Check",
@@ -67,4 +68,5 @@ __all__ = [
     "read_cad",
     "read_tool",
     "run",
+    "run_to_accuracy",
 ]

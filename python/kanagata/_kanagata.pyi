@@ -160,11 +160,23 @@ class Material:
         """Points (n, 2) of the forming limit curve, minor and major logarithmic strain; None for a card without one."""
 
 class Scene:
+    def run_to_accuracy(
+        self,
+        folder: str | os.PathLike[str],
+        accuracy: str | None = None,
+        watch: Callable[[dict[str, Any]], None] | None = None,
+        *,
+        wall_s: float | None = None,
+        overwrite: bool = False,
+        threads: int | None = None,
+    ) -> RunRecord: ...
     def __init__(self, path: str | os.PathLike[str], set: Sequence[str] = ...) -> None: ...
     @property
     def name(self) -> str: ...
     @property
     def tools(self) -> list[str]: ...
+    @staticmethod
+    def of_text(text: str, folder: str | os.PathLike[str], set: Sequence[str]) -> Scene: ...
     def json(self) -> str: ...
     def check(self) -> tuple[str, str]: ...
     def run(

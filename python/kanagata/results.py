@@ -45,6 +45,11 @@ class Run:
         return self.record["doubts"]
 
     @property
+    def accuracy(self) -> dict[str, Any] | None:
+        """Estimated errors of a sequence of runs: end, quantities, runs; None for a single run."""
+        return self.record.get("accuracy")
+
+    @property
     def metrics(self) -> dict[str, Any]:
         """Results as one flat table: verdict, forces by tool, thickness, draw-in, springback, cost."""
         return json.loads(self._record.metrics())

@@ -16,6 +16,8 @@ from .results import Run
 from .scene_types import SceneFile
 
 Progress = Mapping[str, Any]
+Accuracy = float | Mapping[str, float] | None
+"""A fraction for all quantities, errors by quantity (``{"force": 0.02, "draw_in_mm": 0.1}``), or that of the scene."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +49,25 @@ class Scene:
     """
 
     def __init__(self, path: str | os.PathLike[str], set: Mapping[str, Any] | None = None) -> None:
-        self.path = os.fspath(path)
+        self.path: str | None = os.fspath(path)
         self.set = dict(set or {})
         self._scene = _kanagata.Scene(self.path, self._assignments())
+
+    @classmethod
+    def of(
+        cls,
+        values: SceneFile,
+        folder: str | os.PathLike[str] = ".",
+        set: Mapping[str, Any] | None = None,
+    ) -> Scene:
+        """A scene of ``values`` (keys as in the reference of scenes) without a file; its paths are relative to ``folder``.
+
+        It is checked and run inside this process. Another process, and :func:`run_to_accuracy`, need a file (:meth:`write`).
+        """
+        scene = cls.__new__(cls)
+        scene.path, scene.set = None, dict(set or {})
+        scene._scene = _kanagata.Scene.of_text(json.dumps(values), os.fspath(folder), scene._assignments())
+        return scene
 
     @classmethod
     def write(cls, values: SceneFile, path: str | os.PathLike[str]) -> Scene:
@@ -84,6 +102,10 @@ class Scene:
     def run(self, folder: str | os.PathLike[str], **options: Any) -> Run:
         """Runs the scene; options as of :func:`run`."""
         return run(self, folder, **options)
+
+    def run_to_accuracy(self, folder: str | os.PathLike[str], accuracy: Accuracy = None, **options: Any) -> Run:
+        """Runs the scene to an accuracy; arguments as of :func:`run_to_accuracy`."""
+        return run_to_accuracy(self, folder, accuracy, **options)
 
     def _assignments(self) -> list[str]:
         return [f"{path}={json.dumps(value)}" for path, value in self.set.items()]
@@ -121,6 +143,40 @@ def run(
     return Run._of(record)
 
 
+def run_to_accuracy(
+    scene: Scene | str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    accuracy: Accuracy = None,
+    *,
+    budget_s: float | None = None,
+    on_progress: Callable[[Progress], None] | None = None,
+    overwrite: bool = False,
+    threads: int | None = None,
+) -> Run:
+    """Runs a scene from coarse to fine until the estimated errors are below ``accuracy``, as ``kanagata-solve run --accuracy``.
+
+    :param accuracy: 0.01 for 1 % of all quantities, a mapping of the keys of the scene's ``accuracy``, or None for that of the scene.
+    :param budget_s: wall time that the runs may take [s]; the best result within it is returned.
+    :param on_progress: called where a run begins or fails, and after every increment, with run, purpose, model, known and
+        failure; after an increment also with the keys of ``on_increment`` of :func:`run`. An exception stops the sequence.
+    :param overwrite: discard runs that are there; without it the same call continues a sequence.
+    :returns: the best run, with the estimated errors in :attr:`Run.accuracy`.
+    :raises ConvergenceError: no run has converged.
+    :raises InputError: the scene cannot be run or has no such quantity, or it is in memory only.
+    """
+    scene = scene if isinstance(scene, Scene) else Scene(scene)
+    if accuracy is None:
+        text = None
+    elif isinstance(accuracy, Mapping):
+        text = json.dumps(dict(accuracy))
+    else:
+        text = json.dumps(dict.fromkeys(("force", "thickness", "draw_in", "springback"), float(accuracy)))
+    record = scene._scene.run_to_accuracy(
+        folder, text, on_progress, wall_s=budget_s, overwrite=overwrite, threads=threads
+    )
+    return Run._of(record)
+
+
 def _progress(row: Mapping[str, Any]) -> Progress:
     """Progress from a line of ``kanagata-solve run --json``."""
     by_tool = {key: dict(zip(row["tools"], row[key])) for key in ("travel_mm", "force_n")}
@@ -137,6 +193,8 @@ def _run_process(
     overwrite: bool,
     threads: int | None,
 ) -> Run:
+    if scene.path is None:
+        raise InputError("the scene is in memory; allowed with process=True: a scene file; write it by Scene.write first")
     command = [program("kanagata-solve"), "run", scene.path, "-o", folder, "--json", "--tied"]
     command += [word for text in scene._assignments() for word in ("--set", text)]
     command += ["--restart"] * restart + ["--overwrite"] * overwrite

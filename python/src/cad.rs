@@ -102,6 +102,7 @@ impl Cad {
             offset: offset_of(offset_mm, sheet_reference, thickness_mm)?,
             faces: faces.map(selection_of).transpose()?,
             skip_lost_faces,
+            ..ConvertSettings::default()
         };
         let tool = py.detach(|| self.inner.convert(&settings)).map_err(raised)?;
         Ok(Tool { inner: tool })

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::Duration;
 
-use kanagata::prelude::{Cancel, RunOptions, RunProgress};
+use kanagata::prelude::{
+    Accuracy, Cancel, Error, Run, RunOptions, RunProgress, SequenceLimits, SequenceProgress,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -35,6 +37,14 @@ impl Scene {
     fn new(py: Python<'_>, path: PathBuf, set: Vec<String>) -> PyResult<Self> {
         let set: Vec<&str> = set.iter().map(String::as_str).collect();
         let read = || kanagata::prelude::Scene::read_with(path, &set);
+        Ok(Self { inner: py.detach(read).map_err(raised)? })
+    }
+
+    /// A scene from its JSON text, with paths relative to `folder`.
+    #[staticmethod]
+    fn of_text(py: Python<'_>, text: &str, folder: PathBuf, set: Vec<String>) -> PyResult<Self> {
+        let set: Vec<&str> = set.iter().map(String::as_str).collect();
+        let read = || kanagata::prelude::Scene::of_text(text, folder, &set);
         Ok(Self { inner: py.detach(read).map_err(raised)? })
     }
 
@@ -77,25 +87,54 @@ impl Scene {
         overwrite: bool,
         threads: Option<usize>,
     ) -> PyResult<RunRecord> {
-        let pool = threads.map(|n| rayon::ThreadPoolBuilder::new().num_threads(n).build());
-        let pool = pool.transpose().map_err(|e| KanagataError::new_err(e.to_string()))?;
-        let watcher = Watcher {
-            watch,
-            tools: self.inner.tools(),
-            stop: Cancel::default(),
-            raised: Mutex::default(),
-        };
-        let solve = || {
+        let watcher = Watcher::new(watch, self.inner.tools());
+        solved(py, threads, &watcher, || {
             let stop = watcher.stop.clone();
             let options = RunOptions { restart, overwrite, stop, ..RunOptions::default() };
             self.inner.run(&folder, &options, &mut |progress| watcher.observe(progress))
-        };
-        let solve = || pool.as_ref().map_or_else(solve, |pool| pool.install(solve));
-        let run = py.detach(|| with_interrupts(&watcher, solve))?;
-        match (watcher.raised.into_inner(), run) {
-            (Ok(Some(error)), _) => Err(error),
-            (_, run) => Ok(RunRecord { inner: run.map_err(raised)? }),
-        }
+        })
+    }
+
+    /// Runs the scene from coarse to fine to `accuracy` (JSON of the scene's key; that of the scene if None); `watch` gets a
+    /// dictionary where a run begins or fails, and after every increment.
+    #[pyo3(signature = (folder, accuracy = None, watch = None, *, wall_s = None, overwrite = false, threads = None))]
+    #[allow(clippy::too_many_arguments, reason = "arguments of Python have names")]
+    fn run_to_accuracy(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        accuracy: Option<&str>,
+        watch: Option<Py<PyAny>>,
+        wall_s: Option<f64>,
+        overwrite: bool,
+        threads: Option<usize>,
+    ) -> PyResult<RunRecord> {
+        let accuracy = accuracy.map(serde_json::from_str::<Accuracy>).transpose();
+        let accuracy = accuracy.map_err(|e| InputError::new_err(format!("accuracy: {e}")))?;
+        let watcher = Watcher::new(watch, self.inner.tools());
+        solved(py, threads, &watcher, || {
+            let stop = watcher.stop.clone();
+            let limits = SequenceLimits { wall_s, overwrite, stop, ..SequenceLimits::default() };
+            let watch = &mut |progress: &SequenceProgress| watcher.observe_sequence(progress);
+            self.inner.run_to_accuracy(&folder, accuracy, &limits, watch)
+        })
+    }
+}
+
+/// Solves on a thread of its own, with `threads` workers if given.
+fn solved(
+    py: Python<'_>,
+    threads: Option<usize>,
+    watcher: &Watcher,
+    solve: impl Fn() -> Result<Run, Error> + Sync,
+) -> PyResult<RunRecord> {
+    let pool = threads.map(|n| rayon::ThreadPoolBuilder::new().num_threads(n).build());
+    let pool = pool.transpose().map_err(|e| KanagataError::new_err(e.to_string()))?;
+    let on_pool = || pool.as_ref().map_or_else(&solve, |pool| pool.install(&solve));
+    let run = py.detach(|| with_interrupts(watcher, on_pool))?;
+    match (watcher.raised.lock().map(|mut raised| raised.take()), run) {
+        (Ok(Some(error)), _) => Err(error),
+        (_, run) => Ok(RunRecord { inner: run.map_err(raised)? }),
     }
 }
 
@@ -108,12 +147,33 @@ struct Watcher {
 }
 
 impl Watcher {
+    fn new(watch: Option<Py<PyAny>>, tools: Vec<String>) -> Self {
+        Self { watch, tools, stop: Cancel::default(), raised: Mutex::default() }
+    }
+
     fn observe(&self, progress: &RunProgress) {
-        let Some(watch) = self.watch.as_ref().filter(|_| !self.stop.is_requested()) else { return };
-        let called = Python::attach(|py| {
-            let told = told(py, &self.tools, progress)?;
-            watch.call1(py, (told,)).map(drop)
+        self.call(|py| told(py, &self.tools, progress));
+    }
+
+    fn observe_sequence(&self, progress: &SequenceProgress) {
+        self.call(|py| {
+            let out = match &progress.increment {
+                Some(increment) => told(py, &self.tools, increment)?,
+                None => PyDict::new(py),
+            };
+            out.set_item("run", progress.run)?;
+            out.set_item("purpose", &progress.purpose)?;
+            out.set_item("model", &progress.model)?;
+            out.set_item("known", progress.is_known)?;
+            out.set_item("failure", &progress.failure)?;
+            Ok(out)
         });
+    }
+
+    /// Calls the observer with what `of` makes, unless the run is stopped.
+    fn call<'a>(&self, of: impl for<'py> FnOnce(Python<'py>) -> PyResult<Bound<'py, PyDict>> + 'a) {
+        let Some(watch) = self.watch.as_ref().filter(|_| !self.stop.is_requested()) else { return };
+        let called = Python::attach(|py| watch.call1(py, (of(py)?,)).map(drop));
         self.keep(called);
     }
 

@@ -40,6 +40,37 @@ def test_a_scene_written_from_values_is_the_same(strip, tmp_path, root):
     assert again.values == values
 
 
+def test_a_scene_in_memory_runs_as_its_file_does(strip, tmp_path, run):
+    scene = kanagata.Scene(strip)
+    memory = kanagata.Scene.of(scene.values, strip.parent, set={"output.vtu_every": 10})
+    assert memory.path is None and memory.tools == scene.tools
+    assert memory.check().cost == scene.check().cost
+    again = memory.run(tmp_path / "memory")
+    assert np.array_equal(again.arrays()["punch_force_n"], run.arrays()["punch_force_n"])
+    with pytest.raises(kanagata.InputError, match="<memory>.*friction"):
+        kanagata.Scene.of(scene.values, strip.parent, set={"tools.die.friction": -1})
+    with pytest.raises(kanagata.InputError, match="in memory"):
+        memory.run(tmp_path / "process", process=True)
+    with pytest.raises(kanagata.InputError, match="in memory"):
+        memory.run_to_accuracy(tmp_path / "sequence", 0.1)
+
+
+def test_a_sequence_has_estimated_errors_and_ends_in_its_time(root, tmp_path):
+    set = {"stages.0.drive.punch.travel_mm": 5}
+    scene = kanagata.Scene(root / "fixtures/u-draw/u-draw.scene.json", set=set)
+    told = []
+    run = scene.run_to_accuracy(tmp_path / "sequence", {"force": 0.3, "draw_in_mm": 5}, budget_s=20, on_progress=told.append)
+    assert run.accuracy["end"] in ("reached", "time", "options")
+    errors = {q["name"]: q.get("error") for q in run.accuracy["quantities"]}
+    assert "force.punch" in errors and "draw_in" in errors
+    assert len(run.accuracy["runs"]) >= 2 and max(p["run"] for p in told) == len(run.accuracy["runs"])
+    assert told[0]["purpose"] == "mesh" and "increment" not in told[0] and any(p.get("done") == 1 for p in told)
+    with pytest.raises(kanagata.InputError, match="accuracy.force"):
+        scene.run_to_accuracy(tmp_path / "other", 0.9)
+    with pytest.raises(RuntimeError, match="enough"):
+        scene.run_to_accuracy(tmp_path / "stopped", 0.1, on_progress=lambda p: (_ for _ in ()).throw(RuntimeError("enough")))
+
+
 def test_tools_are_made_from_the_cad_of_a_scene_once(root, tmp_path):
     scene = json.loads((root / "fixtures/dome/dome.scene.json").read_text())
     for tool, name in zip(scene["tools"], ("round_die_144.igs", "hemi_punch_144.igs")):

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::cli::exit::EXIT_HELP;
-use crate::cli::paths::{input_path, output_path};
+use crate::cli::paths::{input_path, named_path, output_path};
 use crate::cli::quantity::{angle_deg, length_mm};
 use crate::cli::stages::QuietArgs;
 use crate::geometry::Vec3;
@@ -49,13 +49,13 @@ pub struct AuditArgs {
     #[arg(long, value_name = "FILE", value_parser = output_path)]
     pub(super) json: Option<PathBuf>,
     /// Write the patches coloured by their shape error
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = named_path)]
     pub(super) vtu: Option<PathBuf>,
     /// Write a map (SVG): the tool seen along -z, coloured by its shape error
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = named_path)]
     pub(super) map: Option<PathBuf>,
     /// Write a page with tables, histogram and a 3-D view
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = named_path)]
     pub(super) html: Option<PathBuf>,
     #[command(flatten)]
     pub(super) quiet: QuietArgs,

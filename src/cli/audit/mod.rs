@@ -117,9 +117,7 @@ fn audited(
     }
     let mut loaded = read(tool)?;
     let is_same = loaded.provenance.cad_sha256 == cad_sha256;
-    let chosen =
-        chosen(&loaded.provenance, model, is_same).map_err(|e| Failure::of_file(tool, e))?;
-    let chosen = moved(&loaded.provenance, model, chosen).map_err(|e| Failure::of_file(tool, e))?;
+    let chosen = reference_of(tool, &loaded.provenance, model, is_same)?;
     let part = chosen.as_ref().map(ChosenReference::new);
     if !is_same {
         warn_of_other_file(tool, &loaded.provenance.cad_file, cad);
@@ -147,6 +145,17 @@ fn audited(
         print_report(&found.report)
     }
     Ok(found.report)
+}
+
+/// The faces from which a tool was made, moved by its offset, if they were chosen or moved.
+fn reference_of(
+    tool: &Path,
+    provenance: &Provenance,
+    model: &Model,
+    is_same: bool,
+) -> Result<Option<Chosen>, Failure> {
+    let chosen = chosen(provenance, model, is_same).map_err(|e| Failure::of_file(tool, e))?;
+    moved(provenance, model, chosen).map_err(|e| Failure::of_file(tool, e))
 }
 
 fn warn_of_other_file(tool: &Path, made_from: &str, cad: &Path) {

@@ -77,20 +77,17 @@ pub fn bezier_from_cad(
     if let Some(element) = mesh.elements.iter().position(|e| e.face as usize >= count) {
         return Err(ConvertError::Face { element, face: mesh.elements[element].face, count });
     }
-    let vertex_searches = Searches::new(model, mesh, SearchLimits::NAGATA);
-    let vertex_searches = vertex_searches.watched(&options.progress);
+    let vertex_searches =
+        Searches::new(model, mesh, SearchLimits::NAGATA).watched(&options.progress);
     let feet = normals::vertex_normals(model, mesh, 0.0, &vertex_searches)?.feet;
     let searches = Searches::new(model, mesh, SearchLimits::BEZIER);
     let sides = Sides::of(model, mesh, &feet, &searches);
     searches.check()?;
     let basis = Basis::new();
-    let (tolerance, stage) = (
-        options.tolerance_mm,
-        options.progress.stage("patches", "patches", mesh.elements.len() as u64),
-    );
+    let stage = options.progress.stage("patches", "patches", mesh.elements.len() as u64);
     let shape_of = |e: &Element| {
         stage.add(1);
-        lowest_degrees(searches.face(e.face), e, (&sides, &basis), tolerance)
+        lowest_degrees(searches.face(e.face), e, (&sides, &basis), options.tolerance_mm)
     };
     let mut shapes: Vec<PatchShape> = mesh.elements.par_iter().map(shape_of).collect();
     searches.check()?;

@@ -136,15 +136,7 @@ impl IndependentFaces<'_> {
             FaceRequest { borders, on_cad: false }
         };
         let mut requests: Vec<FaceRequest> = self.scopes.iter().map(initial).collect();
-        let count = requests.len() as u64;
-        let stage = self.whole.budget.progress.stage("faces one by one", "faces", count);
-        let refined = |(f, request)| {
-            let model = self.refine_face(goal, f, request);
-            stage.add(1);
-            model
-        };
-        let first = requests.par_iter().enumerate().map(refined);
-        let mut models: Vec<FaceModel> = first.collect::<Result<_, _>>()?;
+        let mut models = self.refine_faces(goal, &requests)?;
         let size = self.whole.plan.model().bbox().diagonal();
         let allowed = if goal.tol_mm.is_finite() {
             goal.tol_mm.min(GAP_MAX_REL * size)
@@ -174,6 +166,22 @@ impl IndependentFaces<'_> {
         }
         let (found, at) = widest.map_or((f64::INFINITY, [0.0; 3]), |g| (g.gap_mm, g.at.into()));
         Err(ToleranceError::Apart { found, allowed, at })
+    }
+
+    /// Refines all faces, each alone.
+    fn refine_faces(
+        &self,
+        goal: &Goal,
+        requests: &[FaceRequest],
+    ) -> Result<Vec<FaceModel>, ToleranceError> {
+        let count = requests.len() as u64;
+        let stage = self.whole.budget.progress.stage("faces one by one", "faces", count);
+        let refined = |(f, request)| {
+            let model = self.refine_face(goal, f, request);
+            stage.add(1);
+            model
+        };
+        requests.par_iter().enumerate().map(refined).collect()
     }
 
     /// Refines one face alone.

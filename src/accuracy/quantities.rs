@@ -97,9 +97,32 @@ fn border(
     planes: &[(usize, f64)],
 ) -> BorderCurve {
     let longest: Border = borders(mesh, positions, planes).into_iter().next().unwrap_or_default();
-    let length = longest.last().map_or(0.0, |p| p.arc_mm);
+    let length = longest.length_mm();
     if length <= 0.0 {
         return Vec::new();
     }
-    longest.iter().map(|p| (p.arc_mm / length, p.now - p.initial)).collect()
+    longest.points.iter().map(|p| (p.arc_mm / length, p.now - p.initial)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec3;
+    use crate::solver::sheet::hex_mesh::rectangle;
+
+    /// The value of the quantity is the farthest displacement of the border, and the draw-in where a side moves straight
+    /// inwards: a strip of one element whose end moves by 9.15 mm.
+    #[test]
+    fn the_border_moves_as_its_draw_in_says() {
+        let mesh = rectangle(60.0, 2.0, 1.0, 1, 1, 1);
+        let end = |x: &Vec3| if x.x > 1.0 { x - Vec3::x() * 9.15 } else { *x };
+        let moved: Vec<Vec3> = mesh.nodes.iter().map(end).collect();
+        let planes = [(0, 0.0), (1, 0.0)];
+        let value = border(&mesh, &moved, &planes).iter().map(|p| p.1.norm()).fold(0.0, f64::max);
+        let of_run = borders(&mesh, &moved, &planes);
+        let far = of_run[0].farthest_moved().unwrap();
+        assert_eq!(value, (far.now - far.initial).norm());
+        let [_, (_, most)] = of_run[0].extremes().unwrap();
+        assert!((value - most.draw_in).abs() < 1e-12 && (value - 9.15).abs() < 1e-12);
+    }
 }

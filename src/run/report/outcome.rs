@@ -1,8 +1,9 @@
 //! The head of `report.html`: the outcome in a sentence, and what an engineer asks first about the part.
 
+use super::border::side_name;
 use crate::report::page::{Outcome, Page};
 use crate::report::record::{FormabilityRecord, History, RunRecord, Verdict};
-use crate::run::draw_in::Border;
+use crate::run::draw_in::{Border, SidePoint};
 
 /// A question and its answer.
 type Row = (String, String);
@@ -120,15 +121,15 @@ fn largest_force(history: &History, tool: usize) -> Option<String> {
     })
 }
 
-/// Largest and smallest draw-in of a border with their places on the blank.
+/// Smallest and largest draw-in of a border along the normals of its sides, with their places on the blank.
 fn draw_in(border: &Border) -> Option<String> {
-    let most = border.iter().copied().reduce(|a, b| if b.draw_in > a.draw_in { b } else { a })?;
-    let least = border.iter().copied().reduce(|a, b| if b.draw_in < a.draw_in { b } else { a })?;
-    if most.draw_in.max(-least.draw_in) < DRAW_IN_MIN {
+    let [least, most] = border.extremes()?;
+    if most.1.draw_in.max(-least.1.draw_in) < DRAW_IN_MIN {
         return Some("none".into());
     }
-    let of = |p: crate::run::draw_in::BorderPoint| {
-        format!("{:.2} mm at ({:.1}, {:.1}) mm of the blank", p.draw_in, p.initial.x, p.initial.y)
+    let of = |(side, p): (usize, SidePoint)| {
+        let (at, side) = (p.point.initial, side_name(0, side));
+        format!("{:.2} mm at ({:.1}, {:.1}) mm of the blank ({side})", p.draw_in, at.x, at.y)
     };
     Some(format!("{} to {}", of(least), of(most)))
 }

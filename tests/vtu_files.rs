@@ -74,11 +74,12 @@ fn reference(section: &str) -> BTreeMap<String, Vec<String>> {
     .collect()
 }
 
-/// Whether an array that the reference calls so is written for an element and a card.
-fn applies(when: &str, shell: bool, limit: bool) -> bool {
+/// Whether an array that the reference calls so is written for a card, with tools or while they are released.
+fn applies(when: &str, limit: bool, released: bool) -> bool {
     match when {
         "" | "plastic" => true,
-        "plastic, shell" => shell,
+        "plastic, tools" => !released,
+        "released" => released,
         "forming limit" => limit,
         "not converged" => false,
         other => panic!("'{other}' in docs/reference/vtu.md"),
@@ -88,8 +89,8 @@ fn applies(when: &str, shell: bool, limit: bool) -> bool {
 /// Place, components and type of the arrays of a run by the reference.
 fn expected(
     tools: &[&str],
-    shell: bool,
     limit: bool,
+    released: bool,
 ) -> BTreeMap<String, (String, String, String)> {
     let mut all = BTreeMap::new();
     for (name, cells) in reference("Sheet") {
@@ -97,7 +98,7 @@ fn expected(
             panic!("{cells:?}")
         };
         assert!(!meaning.is_empty(), "{name}");
-        if !applies(when, shell, limit) {
+        if !applies(when, limit, released) {
             continue;
         }
         let names: Vec<String> = if name.starts_with("NAME_") {
@@ -126,18 +127,43 @@ fn the_reference_lists_the_arrays_of_a_run() {
                 scene["material"] = unlimited.clone();
             }
         });
-        let expected = expected(&["post", "plane"], shell, shell);
+        let expected = |released: bool| expected(&["post", "plane"], shell, released);
         for step in record(&out)["files"]["steps"].as_array().unwrap() {
             let sheet = step["sheet"].as_str().unwrap();
-            assert_eq!(arrays(&out.join(sheet)), expected, "{element}, {sheet}");
+            let released = step["time"].as_f64().unwrap() > 1.0;
+            assert_eq!(arrays(&out.join(sheet)), expected(released), "{element}, {sheet}");
         }
-        assert_eq!(arrays(&out.join("steps/last.vtu")), expected, "{element}, last");
+        assert_eq!(arrays(&out.join("steps/last.vtu")), expected(true), "{element}, last");
+        check_springback(&out);
         let text = fs::read_to_string(out.join("steps/last.vtu")).unwrap();
         let tensor = text.lines().find(|line| line.contains("\"cauchy_stress_mpa\"")).unwrap();
         let labels: Vec<_> =
             (0..6).map(|k| attribute(tensor, &format!("ComponentName{k}")).unwrap()).collect();
         assert_eq!(labels, ["XX", "YY", "ZZ", "XY", "YZ", "XZ"]);
     }
+}
+
+/// The extremes in `run.json` are those of the array, which is the displacement since the loaded step along its normals.
+fn check_springback(out: &Path) {
+    let springback = &record(out)["springback"];
+    let read = |name: &str| vtu_read::read(&out.join(format!("steps/{name}.vtu"))).unwrap();
+    let held = read(&format!("{:06}", springback["from_increment"].as_u64().unwrap()));
+    let last = read("last");
+    let map = array(&last.point_data, "springback_normal_mm");
+    let normal = array(&held.point_data, "normal");
+    for (node, found) in map.iter().enumerate() {
+        let moved = last.points[node] - held.points[node];
+        let along: f64 = (0..3).map(|k| moved[k] * normal[3 * node + k]).sum();
+        assert!((along - found).abs() < 1e-6 * moved.norm() + 1e-12, "{node}: {along} {found}");
+    }
+    for (key, worse) in [("normal_max", f64::max as fn(f64, f64) -> f64), ("normal_min", f64::min)]
+    {
+        let extreme = map.iter().copied().reduce(worse).unwrap();
+        assert_eq!(springback[key]["displacement_mm"].as_f64().unwrap(), extreme);
+        assert_eq!(map[springback[key]["node"].as_u64().unwrap() as usize], extreme);
+    }
+    let largest = springback["largest_mm"].as_f64().unwrap();
+    assert!(largest > 0.0 && map.iter().any(|d| d.abs() > 0.1 * largest), "{largest}");
 }
 
 #[test]
@@ -239,11 +265,10 @@ fn sheet_and_tools_are_the_parts_of_every_step() {
         }
         check_contact(&vtu_read::read(&sheet).unwrap(), row.contacts);
     }
-    let mut travels = vec![[0.0; 2]];
-    for step in &steps[1..] {
-        let row = history.rows.iter().find(|row| row.increment == step["increment"]).unwrap();
-        travels.push([row.travel_mm[0], row.travel_mm[1]]);
-    }
+    let row =
+        |step: &Value| history.rows.iter().find(|r| r.increment == step["increment"]).unwrap();
+    let of = |step| [row(step).travel_mm[0], row(step).travel_mm[1]];
+    let travels: Vec<_> = std::iter::once([0.0; 2]).chain(steps[1..].iter().map(of)).collect();
     for (k, (step, travel)) in steps.iter().zip(&travels).enumerate().skip(1) {
         for tool in 0..2 {
             let same = step["tools"][tool] == steps[k - 1]["tools"][tool];

@@ -207,6 +207,7 @@ mod tests {
             time,
             travel_mm: Vec::new(),
             force_n: Vec::new(),
+            pressure_mpa: Vec::new(),
             iterations: 1,
             contacts: [0; 2],
             energy: Default::default(),

@@ -7,6 +7,7 @@ pub mod advice;
 pub mod build;
 pub mod checkpoint;
 mod contact_fields;
+pub mod contact_pressure;
 pub mod cost;
 pub mod draw_in;
 mod earlier_run;
@@ -36,6 +37,7 @@ pub mod status;
 mod strain_path;
 pub mod strains;
 mod tensor_fields;
+pub mod waves;
 
 use std::path::Path;
 

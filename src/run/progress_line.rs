@@ -48,6 +48,7 @@ mod tests {
             time: 1.25,
             travel_mm: vec![0.0, 4.0],
             force_n: vec![-1500.0, 1500.0],
+            pressure_mpa: Vec::new(),
             iterations: 5,
             contacts: [310, 22],
             energy: Default::default(),

@@ -2,8 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::report::record::SpringbackRecord;
+use super::{contact_fields, fields};
+use crate::report::record::{NormalDisplacementRecord, SpringbackRecord};
 use crate::solver::IncrementReport;
+use crate::solver::sheet::hex_mesh::HexMesh;
+
+/// Array of the displacement in springback along the normal [mm].
+pub const SPRINGBACK_NORMAL: &str = "springback_normal_mm";
 
 /// The sheet in the last equilibrium with tools.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -26,6 +31,45 @@ impl Springback {
         &self.held
     }
 
+    /// Displacement of every node since the last equilibrium with tools along the normal of the mid-surface there [mm],
+    /// positive towards the upper face. Empty if there was none.
+    ///
+    /// `d = (u - u_held) . n_held`: to first order the distance of the sheet from its shape in the tools. Where it slides
+    /// along that shape, the distance differs in the second order of the displacement.
+    #[must_use]
+    pub fn along_normal(&self, mesh: &HexMesh, displacements: &[f64]) -> Vec<f64> {
+        let is_of_mesh = |u: &[f64]| u.len() == 3 * mesh.nodes.len();
+        if !is_of_mesh(&self.held) || !is_of_mesh(displacements) {
+            return Vec::new();
+        }
+        let normals = contact_fields::normals(mesh, &fields::positions(mesh, &self.held));
+        let levels = mesh.nodes_per_column.max(1);
+        let moved = displacements.chunks_exact(3).zip(self.held.chunks_exact(3)).enumerate();
+        let along = |(node, (u, held)): (usize, (&[f64], &[f64]))| {
+            let normal = normals[node / levels];
+            (0..3).map(|k| (u[k] - held[k]) * normal[k]).sum()
+        };
+        moved.map(along).collect()
+    }
+
+    /// Nodes with the largest and the smallest displacement along the normal.
+    fn peaks(
+        &self,
+        mesh: &HexMesh,
+        displacements: &[f64],
+    ) -> Option<[NormalDisplacementRecord; 2]> {
+        let along = self.along_normal(mesh, displacements);
+        let order = |a: &usize, b: &usize| along[*a].total_cmp(&along[*b]);
+        let (largest, smallest) =
+            (0..along.len()).max_by(order).zip((0..along.len()).min_by(order))?;
+        let at = |node: usize| NormalDisplacementRecord {
+            displacement_mm: along[node],
+            node,
+            at_mm: std::array::from_fn(|k| mesh.nodes[node][k] + displacements[3 * node + k]),
+        };
+        Some([at(largest), at(smallest)])
+    }
+
     /// Updates with an increment. Without tools: the springback since the last equilibrium with tools.
     pub fn update(&mut self, report: &IncrementReport<'_>) -> Option<SpringbackRecord> {
         if !report.free {
@@ -43,12 +87,15 @@ impl Springback {
             squares.fold((0.0_f64, 0.0, 0.0), |(largest, sum, volume), (square, of_node)| {
                 (largest.max(square), sum + square * of_node, volume + of_node)
             });
+        let peaks = self.peaks(report.body.mesh(), report.displacements);
         (volume > 0.0).then(|| SpringbackRecord {
             largest_mm: largest.sqrt(),
             rms_mm: (sum / volume).sqrt(),
             force_n: self.force_n,
             energy_nmm: self.elastic_nmm - report.energies.elastic,
             from_increment: self.increment,
+            normal_max: peaks.map(|[largest, _]| largest),
+            normal_min: peaks.map(|[_, smallest]| smallest),
         })
     }
 }
@@ -58,6 +105,7 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
+    use crate::geometry::Vec3;
     use crate::solver::Timings;
     use crate::solver::assembly::Body;
     use crate::solver::element::ElementKind;
@@ -124,6 +172,37 @@ mod tests {
         springback.update(&report(&body, false, &[0.0; 36], 1.0));
         let found = springback.update(&report(&body, true, &moved, 1.0)).unwrap();
         assert!((found.rms_mm - 2.0 * 0.875_f64.sqrt()).abs() < 1e-14, "{}", found.rms_mm);
+    }
+
+    /// A quarter cylinder of 20 mm radius that opens to 21 mm: 1 mm along the normal at every node, outwards, which is
+    /// towards the lower face. A rigid shift of 0.5 mm along x has the component of the normal.
+    #[test]
+    fn the_map_is_the_distance_along_the_normal_of_the_loaded_sheet() {
+        let mesh = rectangle(1.0, 1.0, 0.8, 60, 1, 2);
+        let on = |x: &Vec3, radius: f64| {
+            let angle = (x.x - 0.5) * std::f64::consts::FRAC_PI_2;
+            let from_axis = radius - (x.z - 0.4);
+            Vec3::new(from_axis * angle.sin(), x.y, -from_axis * angle.cos())
+        };
+        let displacements = |to: &dyn Fn(&Vec3) -> Vec3| -> Vec<f64> {
+            mesh.nodes.iter().flat_map(|x| <[f64; 3]>::from(to(x) - x)).collect()
+        };
+        let held = displacements(&|x| on(x, 20.0));
+        let springback = Springback { held, ..Springback::default() };
+        let open = displacements(&|x| on(x, 21.0));
+        let map = springback.along_normal(&mesh, &open);
+        assert_eq!(map.len(), mesh.nodes.len());
+        // Normals of the mesh are those of chords of 1.5 degrees.
+        assert!(map.iter().all(|d| (d + 1.0).abs() < 2e-4), "{map:?}");
+        let shifted = displacements(&|x| on(x, 20.0) + Vec3::x() * 0.5);
+        for (x, d) in mesh.nodes.iter().zip(springback.along_normal(&mesh, &shifted)) {
+            let expected = -0.5 * ((x.x - 0.5) * std::f64::consts::FRAC_PI_2).sin();
+            assert!((d - expected).abs() < 7e-3, "{d} {expected}");
+        }
+        let [largest, smallest] = springback.peaks(&mesh, &shifted).unwrap();
+        assert!(largest.at_mm[0] < -13.0 && smallest.at_mm[0] > 13.0);
+        assert!((largest.displacement_mm - 0.3535).abs() < 7e-3);
+        assert!(Springback::default().along_normal(&mesh, &open).is_empty());
     }
 
     #[test]

@@ -3,7 +3,6 @@
 use crate::geometry::Mat3;
 use crate::report::DataArray;
 use crate::solver::assembly::{Body, ElementTensors, Tensors};
-use crate::solver::element::ElementKind;
 
 /// Tensors of a mean or a face.
 type Place = fn(&ElementTensors) -> &Tensors;
@@ -16,16 +15,15 @@ const QUANTITIES: [(&str, &str, Component); 2] = [
     ("logarithmic_strain", "principal_strain", |tensors| tensors.strain),
 ];
 
-/// Tensors of every element at the last commit, whose displacements (three per node [mm]) are given: means, and for
-/// solid-shells those of the outermost points. Empty for an elastic material.
+/// Tensors of every element at the last commit, whose displacements (three per node [mm]) are given: means, and those at
+/// both faces. Empty for an elastic material.
 #[must_use]
 pub fn arrays(body: &Body, displacements: &[f64]) -> Vec<DataArray> {
     let Some(all) = body.element_tensors(displacements) else { return Vec::new() };
     let places: [(&str, Place); 3] =
         [("", |all| &all.mean), ("_lower", |all| &all.lower), ("_upper", |all| &all.upper)];
-    let shell = matches!(body.kind(), ElementKind::SolidShell { .. });
     let mut arrays = Vec::new();
-    for (suffix, place) in places.into_iter().take(if shell { 3 } else { 1 }) {
+    for (suffix, place) in places {
         for (tensor, principal, component) in QUANTITIES {
             let values = || all.iter().map(|element| component(place(element)));
             arrays.push(DataArray::symmetric(format!("{tensor}{suffix}"), values()));

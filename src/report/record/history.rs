@@ -23,6 +23,10 @@ pub struct HistoryRow {
     /// Force of each tool on the sheet along its direction, of the whole process [N]. For a released tool: its remaining
     /// force, which falls to zero over the stage.
     pub force_n: Vec<f64>,
+    /// Mean contact pressure under each tool and the largest at a node [MPa]; zero without contact. Empty in histories of
+    /// older programs.
+    #[serde(default)]
+    pub pressure_mpa: Vec<[f64; 2]>,
     /// Newton iterations of the increment.
     pub iterations: usize,
     /// Number of nodes in contact, and number of these that slip.
@@ -69,13 +73,14 @@ impl History {
         let head = csv::cells(lines.next().unwrap_or(""));
         let tools: Vec<String> =
             head.iter().filter_map(|c| c.strip_suffix("_travel_mm")).map(str::to_owned).collect();
-        let behind = 2 * tools.len() + 7;
-        if head.len() != behind + 2 || head[0] != "increment" {
+        // Histories of older programs have no pressures.
+        let counts = [2 * tools.len(), 4 * tools.len()].map(|of_tools| of_tools + 9);
+        if !counts.contains(&head.len()) || head[0] != "increment" {
             return Err(format!("the first line has {} columns", head.len()));
         }
         let mut rows = Vec::new();
         for (k, text) in lines.enumerate() {
-            let row = parse_row(text, behind);
+            let row = parse_row(text, head.len() - 2, tools.len());
             rows.push(row.ok_or_else(|| format!("line {} is not an increment", k + 2))?);
         }
         Ok(Self { tools, rows })
@@ -107,7 +112,8 @@ impl History {
         }
         writeln!(
             w,
-            ",iterations,contact_nodes,slipping_nodes,external_work_nmm,internal_work_nmm,friction_work_nmm"
+            ",iterations,contact_nodes,slipping_nodes,external_work_nmm,internal_work_nmm,friction_work_nmm{}",
+            self.pressure_heads()
         )?;
         for row in &self.rows {
             write!(w, "{},{},{}", row.increment, csv::quoted(&row.stage), row.time)?;
@@ -116,37 +122,58 @@ impl History {
             }
             let [contacts, slips] = row.contacts;
             let e = &row.energy;
-            writeln!(
+            write!(
                 w,
                 ",{},{contacts},{slips},{},{},{}",
                 row.iterations, e.external, e.internal, e.friction
             )?;
+            if self.has_pressures() {
+                row.pressure_mpa.iter().try_for_each(|[mean, max]| write!(w, ",{mean},{max}"))?;
+            }
+            writeln!(w)?;
         }
         Ok(())
     }
+
+    /// Whether every increment has the contact pressure of each tool.
+    #[must_use]
+    pub fn has_pressures(&self) -> bool {
+        self.rows.iter().all(|row| row.pressure_mpa.len() == self.tools.len())
+    }
+
+    /// Names of the columns of pressures, each with its comma.
+    fn pressure_heads(&self) -> String {
+        let tools = self.tools.iter().filter(|_| self.has_pressures());
+        let names =
+            tools.flat_map(|tool| ["mean", "max"].map(|of| format!("{tool}_{of}_pressure_mpa")));
+        names.map(|name| format!(",{}", csv::quoted(&name))).collect()
+    }
 }
 
-/// Parses a row of `history.csv` with `behind` columns after the stage, whose name may contain commas.
-fn parse_row(text: &str, behind: usize) -> Option<HistoryRow> {
+/// Parses a row of `history.csv` with `behind` columns after the stage, whose name may contain commas, of so many tools.
+fn parse_row(text: &str, behind: usize, tools: usize) -> Option<HistoryRow> {
     let (increment, rest) = text.split_once(',')?;
     let mut columns: Vec<&str> = rest.rsplitn(behind + 1, ',').collect();
     columns.reverse();
+    if columns.len() != behind + 1 {
+        return None;
+    }
+    let (columns, pressures) = columns.split_at_checked(2 * tools + 8)?;
     let [stage, time, pairs @ .., iterations, contacts, slips, external, internal, friction] =
-        &columns[..]
+        columns
     else {
         return None;
     };
     let number = |word: &&str| word.parse::<f64>().ok();
-    let numbers: Vec<f64> = pairs.iter().map(number).collect::<Option<_>>()?;
-    if numbers.len() + 7 != behind {
-        return None;
-    }
+    let numbers = |words: &[&str]| words.iter().map(number).collect::<Option<Vec<f64>>>();
+    let (pressures, numbers) = (numbers(pressures)?, numbers(pairs)?);
     Some(HistoryRow {
         increment: increment.parse().ok()?,
         stage: csv::unquoted(stage),
         time: number(time)?,
         travel_mm: numbers.iter().step_by(2).copied().collect(),
         force_n: numbers.iter().skip(1).step_by(2).copied().collect(),
+        pressure_mpa: pressures.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect(),
         iterations: iterations.parse().ok()?,
         contacts: [contacts.parse().ok()?, slips.parse().ok()?],
         energy: Energies {
@@ -210,6 +237,7 @@ mod tests {
                 time: 0.5,
                 travel_mm: vec![0.0, 1.25],
                 force_n: vec![-10.0, 10.0],
+                pressure_mpa: Vec::new(),
                 iterations: 4,
                 contacts: [7, 2],
                 energy: Energies::default(),
@@ -248,6 +276,7 @@ mod tests {
             time: 1.0,
             travel_mm: vec![1.0],
             force_n: vec![2.0],
+            pressure_mpa: Vec::new(),
             iterations: 1,
             contacts: [0, 0],
             energy: Energies::default(),
@@ -266,6 +295,7 @@ mod tests {
             time: 1.0,
             travel_mm: travel_mm.to_vec(),
             force_n: force_n.to_vec(),
+            pressure_mpa: Vec::new(),
             iterations: 1,
             contacts: [0, 0],
             energy: Energies::default(),

@@ -27,13 +27,14 @@ pub use formability::{
 };
 pub use history::{Energies, History, HistoryRow, IterationRow, write_iterations};
 pub use origin::{ExcludedPatchesRecord, Process};
-pub use quality::Quality;
+pub use quality::{Quality, QualityVerdict};
 pub use section::{SectionRecord, WallRecord};
 pub use sheet::{
-    FacePenetrationRecord, HolderLiftRecord, HourglassRecord, IncrementErrorRecord,
-    InsideToolRecord, MaximumForceRecord, NeckingKind, NeckingRecord, OverhangRecord,
-    PlasticStrainRecord, SelfPenetrationRecord, SpringbackRecord, StrainRecord, ThicknessRecord,
-    ThroughThicknessShearRecord, UnaccountedEnergyRecord,
+    FacePenetrationRecord, HolderLiftRecord, HolderPressureRecord, HourglassRecord,
+    IncrementErrorRecord, InsideToolRecord, MaximumForceRecord, NeckingKind, NeckingRecord,
+    NormalDisplacementRecord, OverhangRecord, PlasticStrainRecord, PressurePeakRecord,
+    SelfPenetrationRecord, SpringbackRecord, StrainRecord, ThicknessRecord,
+    ThroughThicknessShearRecord, UnaccountedEnergyRecord, WaveRecord, WavesRecord,
 };
 
 /// How a run ended.
@@ -186,6 +187,13 @@ pub struct RunRecord {
     /// The blank holder that the sheet pushed back farthest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub holder_lift: Option<HolderLiftRecord>,
+    /// Contact pressure under each blank holder: a tool that a force presses against a stationary one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub holder_pressure: Vec<HolderPressureRecord>,
+    /// Waves of the sheet between two tools; absent where none can be evaluated: no sheet under compression between
+    /// tools, or a material without a stress history.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub waves: Option<WavesRecord>,
     /// Tools that have travelled and never touched the sheet; only of a run that has ended.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tools_never_touched: Vec<String>,

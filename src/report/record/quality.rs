@@ -1,5 +1,7 @@
 //! Limits that the part must keep, and the doubts where it does not.
 
+use std::fmt;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -28,7 +30,42 @@ pub struct Quality {
     pub max_springback_mm: Option<f64>,
 }
 
+/// Verdict on the quality of a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum QualityVerdict {
+    /// All limits of quality are kept.
+    Kept,
+    /// A limit of quality is exceeded.
+    Exceeded,
+    /// A part of the sheet is beyond the forming limit.
+    Cracks,
+}
+
+impl fmt::Display for QualityVerdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Kept => "kept",
+            Self::Exceeded => "exceeded",
+            Self::Cracks => "cracks",
+        })
+    }
+}
+
 impl RunRecord {
+    /// Verdict on the part so far. `None` before the first equilibrium with tools, and for a part without a crack in a
+    /// scene without limits of quality.
+    #[must_use]
+    pub fn quality_verdict(&self) -> Option<QualityVerdict> {
+        self.formability.as_ref()?;
+        if self.beyond_forming_limit().is_some() {
+            return Some(QualityVerdict::Cracks);
+        }
+        self.quality?;
+        let exceeded = !self.quality_doubts().is_empty();
+        Some(if exceeded { QualityVerdict::Exceeded } else { QualityVerdict::Kept })
+    }
+
     /// Doubts about the formability of the part and about its limits of quality.
     pub(super) fn quality_doubts(&self) -> Vec<Doubt> {
         let found = [
@@ -213,6 +250,8 @@ mod tests {
                 force_n: 1.0,
                 energy_nmm: 1.0,
                 from_increment: None,
+                normal_max: None,
+                normal_min: None,
             }),
             ..RunRecord::default()
         }
@@ -242,6 +281,7 @@ mod tests {
             "springback-exceeded",
         ];
         assert_eq!(codes(&record), all);
+        assert_eq!(record.quality_verdict(), Some(QualityVerdict::Exceeded));
         let text = record.quality_doubts()[1].to_string();
         assert!(text.contains("thins by 21.0 %") && text.contains("(20.0 % allowed"), "{text}");
         record.quality = Some(Quality {
@@ -252,6 +292,8 @@ mod tests {
             max_springback_mm: Some(1.6),
         });
         assert!(codes(&record).is_empty());
+        assert_eq!(record.quality_verdict(), Some(QualityVerdict::Kept));
+        assert_eq!(part(0.05).quality_verdict(), None);
         for (key, code) in [
             (Quality { max_thinning: strict.max_thinning, ..Quality::default() }, all[1]),
             (Quality { max_springback_mm: Some(1.0), ..Quality::default() }, all[4]),
@@ -265,6 +307,7 @@ mod tests {
     fn a_crack_is_a_doubt_without_any_limit_and_names_the_turned_path() {
         let record = part(-0.1);
         assert_eq!(codes(&record), ["forming-limit-exceeded"]);
+        assert_eq!(record.quality_verdict(), Some(QualityVerdict::Cracks));
         let doubt = &record.quality_doubts()[0];
         assert!((doubt.value.unwrap() - 1.1).abs() < 1e-12 && doubt.limit == Some(1.0));
         assert!(doubt.text.contains("2.00 % of its area"), "{}", doubt.text);

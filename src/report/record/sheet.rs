@@ -5,6 +5,8 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::report::doubt::place_mm;
+
 /// Thickness over the initial thickness, below which a doubt is raised. Sheet metals neck and fracture before.
 pub(super) const THICKNESS_MIN_REL: f64 = 0.5;
 
@@ -23,6 +25,24 @@ pub struct SpringbackRecord {
     /// Increment of the last equilibrium with tools; absent in files of older programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from_increment: Option<usize>,
+    /// Node with the largest displacement along the normal, positive towards the upper face; absent in files of older
+    /// programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_max: Option<NormalDisplacementRecord>,
+    /// Node with the smallest one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_min: Option<NormalDisplacementRecord>,
+}
+
+/// Displacement of a node in springback along the normal of the mid-surface in the last equilibrium with tools.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NormalDisplacementRecord {
+    /// The displacement, positive towards the upper face of the sheet [mm].
+    pub displacement_mm: f64,
+    /// The node in the VTU files.
+    pub node: usize,
+    /// Its current position [mm].
+    pub at_mm: [f64; 3],
 }
 
 /// Unaccounted energy of an increment.
@@ -75,6 +95,61 @@ pub struct HolderLiftRecord {
     /// Largest travel at any increment against its direction, from the farthest position reached under force control
     /// [mm].
     pub lift_mm: f64,
+}
+
+/// Contact pressure under a blank holder while a force drives it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct HolderPressureRecord {
+    /// The tool.
+    pub tool: String,
+    /// Last increment in which it is pressed on the sheet.
+    pub increment: usize,
+    /// Mean pressure then: sum of the normal contact forces over the area in contact [MPa].
+    pub mean_mpa: f64,
+    /// Area in contact then, of the modelled part [mm2].
+    pub area_mm2: f64,
+    /// Largest pressure at a node then [MPa].
+    pub max_mpa: f64,
+    /// Position of that node [mm].
+    pub max_at_mm: [f64; 3],
+    /// Largest pressure at a node over all increments so far.
+    pub peak: PressurePeakRecord,
+}
+
+/// The largest contact pressure over several increments.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PressurePeakRecord {
+    /// The increment.
+    pub increment: usize,
+    /// Pressure at a node [MPa].
+    pub max_mpa: f64,
+    /// Position of the node [mm].
+    pub at_mm: [f64; 3],
+}
+
+/// The largest offset of waves: distance of the sheet from the nearer of two tools, where both are within a thickness and
+/// the minor principal membrane stress is compressive.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct WaveRecord {
+    /// The increment.
+    pub increment: usize,
+    /// The offset [mm].
+    pub offset_mm: f64,
+    /// The offset over the initial thickness there.
+    pub offset_rel: f64,
+    /// Position of the node, on the upper face [mm].
+    pub at_mm: [f64; 3],
+    /// Tools below and above it.
+    pub tools: [String; 2],
+}
+
+/// Waves of the sheet between two tools, over the increments with a VTU file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct WavesRecord {
+    /// The largest offset of all these increments.
+    pub largest: WaveRecord,
+    /// The largest one at the last of them that has any.
+    pub last: WaveRecord,
 }
 
 /// Thickness of the sheet, measured between opposite nodes of its faces.
@@ -230,6 +305,24 @@ impl ThicknessRecord {
     #[must_use]
     pub fn is_below_half(&self) -> bool {
         self.minimum_mm < THICKNESS_MIN_REL * self.initial_mm
+    }
+}
+
+impl fmt::Display for WaveRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { increment, offset_mm, offset_rel, at_mm, tools: [below, above] } = self;
+        write!(
+            f,
+            "{offset_mm:.3} mm off the nearer tool ({:.1} % of the thickness) at {}, between {below} and {above}, increment {increment}",
+            100.0 * offset_rel,
+            place_mm(at_mm)
+        )
+    }
+}
+
+impl fmt::Display for NormalDisplacementRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:+.3} mm at {}", self.displacement_mm, place_mm(&self.at_mm))
     }
 }
 

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use self::files::{COLLECTION, HISTORY, ITERATIONS, LastReport, ToolFile, first_files};
 use super::advice::holder::Holder;
 use super::build::{BUILD, cpu_class};
+use super::contact_pressure;
 use super::error::RunError;
 use super::fields;
 use super::first_record::first_record;
@@ -24,6 +25,7 @@ use super::section::sections;
 use super::springback::Springback;
 use super::strain_path::StrainPaths;
 use super::strains::of_sheet;
+use super::waves::Waves;
 use crate::contact::ToolSurface;
 use crate::files::{WriteError, remove_where, sweep};
 use crate::geometry::Vec3;
@@ -81,6 +83,9 @@ pub struct RunFolder {
     tool_files: Vec<ToolFile>,
     #[serde(default)]
     last_report: Option<LastReport>,
+    /// Offsets of waves at the last written step.
+    #[serde(default)]
+    waves: Waves,
 }
 
 /// Result files of a run beside `run.json`.
@@ -125,6 +130,7 @@ impl RunFolder {
             surfaces: Vec::new(),
             tool_files: Vec::new(),
             last_report: None,
+            waves: Waves::default(),
         };
         folder.record.write(&path.join("run.json"))?;
         Ok(folder)
@@ -187,6 +193,7 @@ impl RunFolder {
         let (mesh, now) = (report.body.mesh(), report.displacements);
         let formed = Formed::of(report.body, now);
         let positions = fields::positions(mesh, now);
+        self.record_pressures(report, &positions);
         self.record_sheet(report, &formed, &positions);
         let strains = of_sheet(mesh, now);
         if !report.free {
@@ -318,6 +325,10 @@ pub fn row(report: &IncrementReport<'_>) -> HistoryRow {
         travel_mm: report.tools.iter().map(|t| t.travel).collect(),
         force_n: report.tools.iter().map(|t| t.force).collect(),
         iterations: report.iterations,
+        pressure_mpa: contact_pressure::of_report(report)
+            .into_iter()
+            .map(|found| found.map_or([0.0; 2], |p| [p.mean_mpa, p.max_mpa]))
+            .collect(),
         contacts: [report.contacts, report.slipping],
         energy: Energies { external: e.external, internal: e.internal, friction: e.friction },
     }

@@ -1,7 +1,12 @@
 //! Updates of `run.json` and `iterations.csv` after a converged increment.
 
 use super::RunFolder;
-use crate::report::record::{HolderLiftRecord, IterationRow, UnaccountedEnergyRecord};
+use crate::geometry::Vec3;
+use crate::report::record::{
+    HolderLiftRecord, HolderPressureRecord, IterationRow, PressurePeakRecord,
+    UnaccountedEnergyRecord,
+};
+use crate::run::contact_pressure::{ToolPressure, of_tools};
 use crate::run::resources::{Clock, peak_megabytes};
 use crate::solver::{IncrementReport, IterationRecord, convergence_order};
 
@@ -22,6 +27,42 @@ impl RunFolder {
                 let (tool, increment) = (name.clone(), report.increment);
                 self.record.holder_lift = Some(HolderLiftRecord { tool, increment, lift_mm });
             }
+        }
+    }
+
+    /// Records the contact pressure of blank holders that a force drives, with the nodes at `positions` [mm].
+    pub(super) fn record_pressures(&mut self, report: &IncrementReport<'_>, positions: &[Vec3]) {
+        let pressed = |(_, forced): &&(usize, Vec<bool>)| forced.get(report.stage) == Some(&true);
+        if !self.holders.iter().any(|holder| pressed(&holder)) {
+            return;
+        }
+        let mesh = report.body.mesh();
+        let found = of_tools(mesh, positions, report.node_contacts, report.tools.len());
+        for (tool, _) in self.holders.iter().filter(pressed) {
+            let Some(pressure) = found.get(*tool).copied().flatten() else { continue };
+            let name = &report.tools[*tool].name;
+            let at = positions[pressure.node].into();
+            let all = &mut self.record.holder_pressure;
+            let known = all.iter().position(|known| known.tool == *name);
+            let before = known.map(|k| all.swap_remove(k).peak);
+            let now = PressurePeakRecord {
+                increment: report.increment,
+                max_mpa: pressure.max_mpa,
+                at_mm: at,
+            };
+            let peak = before.filter(|peak| peak.max_mpa >= now.max_mpa).unwrap_or(now);
+            let ToolPressure { mean_mpa, max_mpa, area_mm2, .. } = pressure;
+            let (tool, increment) = (name.clone(), report.increment);
+            all.push(HolderPressureRecord {
+                tool,
+                increment,
+                mean_mpa,
+                area_mm2,
+                max_mpa,
+                max_at_mm: at,
+                peak,
+            });
+            all.sort_by(|a, b| a.tool.cmp(&b.tool));
         }
     }
 

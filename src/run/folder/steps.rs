@@ -6,13 +6,16 @@ use super::files::{COLLECTION, LAST, LastReport, ToolFile};
 use super::{RunFolder, row};
 use crate::files::WriteError;
 use crate::geometry::Vec3;
-use crate::report::record::{HistoryRow, StepFilesRecord};
+use crate::report::record::{HistoryRow, StepFilesRecord, WavesRecord};
 use crate::report::{DataArray, Part, Vtu, write_pvd};
 use crate::run::fields::{self, SheetState};
 use crate::run::formability::Judged;
 use crate::run::formed::Formed;
+use crate::run::springback::SPRINGBACK_NORMAL;
 use crate::run::strains::of_sheet;
+use crate::run::waves::{WAVE_OFFSET, Waves};
 use crate::scene::Plan;
+use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::{IncrementReport, Simulation};
 
 /// Most divisions of a patch in the VTU of its tool.
@@ -105,6 +108,9 @@ impl RunFolder {
         let sheet = format!("steps/{:06}.vtu", report.increment);
         let mut grid = fields::sheet(&state, formed);
         grid.cell_data.extend(limits);
+        grid.point_data.extend(self.springback_map(report.body.mesh(), report.displacements));
+        self.update_waves(report);
+        grid.point_data.extend(self.wave_array());
         grid.field_data = self.field_data(&row(report));
         grid.write(&self.path.join(&sheet))?;
         let tools = self.write_moved_tools(report)?;
@@ -114,6 +120,34 @@ impl RunFolder {
             steps.push(StepFilesRecord { increment, time, sheet, tools });
         }
         self.write_collection()
+    }
+
+    /// The map of the springback, if the tools are released.
+    fn springback_map(&self, mesh: &HexMesh, displacements: &[f64]) -> Option<DataArray> {
+        self.record.springback.as_ref()?;
+        let map = self.springback.along_normal(mesh, displacements);
+        (!map.is_empty()).then(|| DataArray::scalar(SPRINGBACK_NORMAL, map))
+    }
+
+    /// Offsets of waves in the last equilibrium, if they were determined there.
+    pub(in crate::run) fn wave_offsets(&self) -> Option<Vec<f64>> {
+        self.waves.at_nodes().filter(|_| self.waves.increment == self.record.increments)
+    }
+
+    fn wave_array(&self) -> Option<DataArray> {
+        Some(DataArray::scalar(WAVE_OFFSET, self.wave_offsets()?))
+    }
+
+    /// Determines the offsets of waves after an increment with tools, and records the largest.
+    fn update_waves(&mut self, report: &IncrementReport<'_>) {
+        self.waves = Waves::of(report, &self.surfaces);
+        let Some(found) = self.waves.largest(report) else { return };
+        let larger = |known: &WavesRecord| found.offset_mm > known.largest.offset_mm;
+        let is_larger = self.record.waves.as_ref().is_none_or(larger);
+        let known = self.record.waves.take().map(|known| known.largest);
+        let largest =
+            if is_larger { found.clone() } else { known.unwrap_or_else(|| found.clone()) };
+        self.record.waves = Some(WavesRecord { largest, last: found });
     }
 
     /// Time, increment, and travel and force of each tool.
@@ -183,6 +217,8 @@ impl RunFolder {
         let mut grid: Vtu = fields::sheet(&state, &Formed::of(body, displacements));
         let strains = of_sheet(body.mesh(), displacements);
         grid.cell_data.extend(Judged::new(&self.diagram, strains).cell_data());
+        grid.point_data.extend(self.springback_map(body.mesh(), displacements));
+        grid.point_data.extend(self.wave_array());
         grid.field_data = reported.map_or_else(Vec::new, |last| self.field_data(&last.row));
         if let Some(worst) = node {
             let mark = |node: usize| if node == worst { 1.0 } else { 0.0 };

@@ -77,13 +77,18 @@ fn place(at: Vec2) -> String {
     format!("({:.1}, {:.1}) mm", at.x, at.y)
 }
 
+/// A place in a cell of a table, which does not break.
+fn cell(at: Vec2) -> String {
+    format!("({:.1},\u{a0}{:.1})", at.x, at.y)
+}
+
 /// A table with the smallest and largest draw-in of each side.
 fn extremes(page: &mut Page, borders: &[Border]) {
-    let of = |p: SidePoint| [format!("{:.3}", p.draw_in), place(p.point.initial)];
+    let of = |p: SidePoint| [format!("{:.3}", p.draw_in), cell(p.point.initial)];
     let row = |name: String, side: &Side| {
         let [least, most] = side.extremes()?;
         let (first, last) = (side.points.first()?, side.points.last()?);
-        let from = [place(first.point.initial), place(last.point.initial)];
+        let from = [cell(first.point.initial), cell(last.point.initial)];
         let ends = [name].into_iter().chain(from).chain([format!("{:.1}", side.length_mm())]);
         Some(ends.chain(of(most)).chain(of(least)).collect::<Vec<String>>())
     };
@@ -91,13 +96,13 @@ fn extremes(page: &mut Page, borders: &[Border]) {
         all_sides(borders).filter_map(|(name, side)| row(name, side)).collect();
     let head = [
         "side",
-        "from",
-        "to",
+        "from [mm]",
+        "to [mm]",
         "length [mm]",
         "largest draw-in [mm]",
-        "there",
+        "at [mm]",
         "smallest draw-in [mm]",
-        "there",
+        "at [mm]",
     ];
     page.table(&head, &rows);
 }

@@ -47,6 +47,10 @@ pub(super) struct SheetView<'a> {
     pub(super) strains: Option<Vec<Principal>>,
     /// Mean equivalent plastic strain of every element; `None` for an elastic material.
     pub(super) plastic_strain: Option<Vec<f64>>,
+    /// Displacement of every node along the normal since the last equilibrium with tools [mm]; `None` with tools.
+    pub(super) springback: Option<Vec<f64>>,
+    /// Offset of waves at every node [mm], NaN where it is not evaluated; `None` if unknown.
+    pub(super) waves: Option<Vec<f64>>,
 }
 
 impl SheetView<'_> {
@@ -76,6 +80,10 @@ impl<'a> Contents<'a> {
             positions: fields::positions(mesh, now),
             strains: Some(middle(&of_elements(mesh, held))),
             plastic_strain: states.map(plastic),
+            springback: released
+                .then(|| folder.springback.along_normal(mesh, now))
+                .filter(|map| !map.is_empty()),
+            waves: folder.wave_offsets(),
         };
         Self {
             record: &folder.record,

@@ -15,6 +15,8 @@ use crate::report::record::{History, RunRecord};
 use crate::report::vtu_read::{self, Grid};
 use crate::run::inputs::inputs;
 use crate::run::lock;
+use crate::run::springback::SPRINGBACK_NORMAL;
+use crate::run::waves::WAVE_OFFSET;
 use crate::scene::Plan;
 use crate::scene::read::read_with;
 use crate::scene::set_value::SetValue;
@@ -143,7 +145,10 @@ impl RunFiles {
         let shape = self.scene.as_ref().ok().map(|scene| &scene.plan.scene.blank.shape);
         let plastic_strain = grid::cell_values(&grid, "plastic_strain").map(<[f64]>::to_vec);
         let strains = strains.ok();
-        Some(SheetView { shape, mesh, positions: grid.points, strains, plastic_strain })
+        let at_nodes = |name: &str| grid::point_values(&grid, name).map(<[f64]>::to_vec);
+        let (springback, waves) = (at_nodes(SPRINGBACK_NORMAL), at_nodes(WAVE_OFFSET));
+        let positions = grid.points;
+        Some(SheetView { shape, mesh, positions, strains, plastic_strain, springback, waves })
     }
 
     /// A grid of the sheet.

@@ -70,6 +70,12 @@ pub(super) fn cell_values<'g>(grid: &'g Grid, name: &str) -> Option<&'g [f64]> {
     Some(&found.values)
 }
 
+/// One number per node by the name of its array.
+pub(super) fn point_values<'g>(grid: &'g Grid, name: &str) -> Option<&'g [f64]> {
+    let found = grid.point_data.iter().find(|a| a.name == name && a.components == 1)?;
+    Some(&found.values)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

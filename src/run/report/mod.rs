@@ -4,6 +4,7 @@
 
 mod accuracy;
 mod border;
+mod clamping;
 mod contents;
 mod diagnostics;
 mod error;
@@ -13,6 +14,7 @@ mod outcome;
 mod section;
 mod setup;
 mod sheet;
+mod springback;
 mod steps;
 mod thickness;
 mod tools;
@@ -91,9 +93,11 @@ fn page(contents: &Contents<'_>) -> Page {
     let (travelled, title) = path(history);
     let series = force_series(history, &travelled);
     page.plot(&Plot::lines(series, &title, "force, whole process [N]"), 420);
+    clamping::pressures(&mut page, record, history, (&travelled, &title));
     if let Some(sheet) = &contents.sheet {
         sheet::strains(&mut page, sheet, record);
         border::draw_in(&mut page, &borders);
+        springback::table(&mut page, record);
         section::sections(&mut page, &record.sections);
         page.heading("Thickness");
         thickness::chart(&mut page, sheet.shape, &sheet.mesh, &sheet.thickness());
@@ -185,6 +189,7 @@ mod tests {
             time: 0.0,
             travel_mm: travels.to_vec(),
             force_n: vec![0.0; 2],
+            pressure_mpa: Vec::new(),
             iterations: 1,
             contacts: [0; 2],
             energy: Default::default(),

@@ -1,6 +1,7 @@
 //! The head of `report.html`: the outcome in a sentence, and what an engineer asks first about the part.
 
 use super::border::side_name;
+use super::clamping::waves;
 use crate::report::page::{Outcome, Page};
 use crate::report::record::{FormabilityRecord, History, RunRecord, Verdict};
 use crate::run::draw_in::{Border, SidePoint};
@@ -62,12 +63,20 @@ pub(super) fn answers(page: &mut Page, record: &RunRecord, history: &History, bo
     let border = borders.first().and_then(draw_in);
     rows.extend(border.map(|text| ("draw-in of the outer border".to_owned(), text)));
     rows.extend(record.springback.map(|s| {
-        let text = format!(
-            "up to {:.3} mm, RMS {:.3} mm; released elastic energy {:.0} N mm",
-            s.largest_mm, s.rms_mm, s.energy_nmm
-        );
+        let mut text = format!("up to {:.3} mm, RMS {:.3} mm", s.largest_mm, s.rms_mm);
+        if let Some((least, most)) = s.normal_min.zip(s.normal_max) {
+            text += &format!("; along the normal {least} to {most}");
+        }
         ("springback".to_owned(), text)
     }));
+    rows.extend(record.holder_pressure.iter().map(|holder| {
+        let text = format!(
+            "{:.2} MPa in the mean, up to {:.2} MPa; {:.2} MPa at most, in increment {}",
+            holder.mean_mpa, holder.max_mpa, holder.peak.max_mpa, holder.peak.increment
+        );
+        (format!("pressure under {}", holder.tool), text)
+    }));
+    rows.extend(record.waves.as_ref().map(|w| ("waves between tools".to_owned(), waves(w))));
     rows.extend(record.first_buckle.map(|first| {
         let text = format!("{} times, first in increment {first}", record.buckles);
         ("buckles or wrinkles".to_owned(), text)

@@ -126,11 +126,15 @@ fn surface(
         field("thickness [mm]", Location::Points, thickness.clone()),
         field("thinning [%]", Location::Points, thinning(&thickness)),
     ];
+    let more = at_nodes(sheet, steps);
+    fields.extend(more.iter().map(|(name, signed, values, _)| Field {
+        signed: *signed,
+        ..field(name, Location::Points, upper_values(mesh, values))
+    }));
     if let Some(plastic) = &sheet.plastic_strain {
         fields.push(field("equivalent plastic strain", Location::Cells, plastic.clone()));
     }
-    let has_plastic = sheet.plastic_strain.is_some();
-    let has_margin = margin.is_some();
+    let (has_plastic, has_margin) = (sheet.plastic_strain.is_some(), margin.is_some());
     if let Some(margin) = margin {
         fields.push(field("margin to the forming limit", Location::Cells, margin));
     }
@@ -138,6 +142,7 @@ fn surface(
         let thickness = step.thickness(mesh);
         let thinning = thinning(&thickness);
         let mut values = vec![thickness, thinning];
+        values.extend(more.iter().map(|(.., of_step)| upper_values(mesh, of_step(step))));
         values.extend(has_plastic.then(|| step.plastic_strain.clone()));
         values.extend(has_margin.then(|| step.margin.clone()));
         Frame { points: upper_points(mesh, &step.positions), values, ..Frame::default() }
@@ -153,6 +158,39 @@ fn on_top(mesh: &HexMesh) -> impl Iterator<Item = (usize, [u32; 4])> {
     upper
         .filter(move |(_, nodes)| nodes.iter().all(|&n| n % levels == levels - 1))
         .map(move |(k, nodes)| (k, nodes.map(|n| n / levels)))
+}
+
+/// A field with values at the nodes of the sheet: name, whether it is signed, values at the end, and those of a step.
+type AtNodes<'a> = (&'static str, bool, &'a [f64], fn(&Step) -> &[f64]);
+
+/// Springback and waves, if there are any at the end or at a step.
+fn at_nodes<'a>(sheet: &'a SheetView<'_>, steps: &[Step]) -> Vec<AtNodes<'a>> {
+    let springback = sheet.springback.as_deref();
+    let waves = sheet.waves.as_deref();
+    let has_waves = waves.is_some() || steps.iter().any(|step| !step.waves.is_empty());
+    let mut found: Vec<AtNodes<'_>> = Vec::new();
+    found.extend(springback.map(|map| (SPRINGBACK, true, map, of_springback as _)));
+    if has_waves {
+        found.push(("offset of waves [mm]", false, waves.unwrap_or_default(), of_waves));
+    }
+    found
+}
+
+fn of_springback(step: &Step) -> &[f64] {
+    &step.springback
+}
+
+fn of_waves(step: &Step) -> &[f64] {
+    &step.waves
+}
+
+/// Name of the springback in the view.
+pub(super) const SPRINGBACK: &str = "springback along the normal [mm]";
+
+/// Values at the points of the upper face; missing ones are NaN.
+fn upper_values(mesh: &HexMesh, values: &[f64]) -> Vec<f64> {
+    let value = |&n: &u32| values.get(n as usize).copied().unwrap_or(f64::NAN);
+    mesh.top_nodes().iter().map(value).collect()
 }
 
 /// Points of the upper face.
@@ -214,6 +252,8 @@ mod tests {
                 Principal { major: 0.6, minor: 0.0 },
             ]),
             plastic_strain: None,
+            springback: None,
+            waves: None,
         };
         let found = margins(&sheet, &points).unwrap();
         assert!((found[0] - 0.5).abs() < 1e-15 && (found[1] + 1.0).abs() < 1e-15, "{found:?}");
@@ -242,6 +282,8 @@ mod tests {
             positions: mesh.nodes.clone(),
             plastic_strain: vec![0.0],
             margin: Vec::new(),
+            springback: Vec::new(),
+            waves: Vec::new(),
             travel_mm: Vec::new(),
         };
         let sheet = SheetView {
@@ -250,6 +292,8 @@ mod tests {
             positions,
             strains: None,
             plastic_strain: None,
+            springback: None,
+            waves: None,
         };
         let face = surface(&sheet, (sheet.thickness(), None), &[step]);
         assert_eq!(face.fields.len(), 2);

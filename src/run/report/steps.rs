@@ -8,6 +8,8 @@ use crate::report::digits::four_digits;
 use crate::report::record::{History, HistoryRow};
 use crate::report::vtu_read;
 use crate::run::fields;
+use crate::run::springback::SPRINGBACK_NORMAL;
+use crate::run::waves::WAVE_OFFSET;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// An earlier state of sheet and tools.
@@ -21,6 +23,10 @@ pub(super) struct Step {
     pub(super) plastic_strain: Vec<f64>,
     /// Margin of every element to the forming limit; empty if unknown.
     pub(super) margin: Vec<f64>,
+    /// Displacement of every node along the normal since the last equilibrium with tools [mm]; empty with tools.
+    pub(super) springback: Vec<f64>,
+    /// Offset of waves at every node [mm]; empty if unknown.
+    pub(super) waves: Vec<f64>,
     /// Travel of each tool [mm].
     pub(super) travel_mm: Vec<f64>,
 }
@@ -85,8 +91,12 @@ fn read_step(
 ) -> Option<Step> {
     let read = vtu_read::read(path).ok()?;
     let same = read.points.len() == mesh.nodes.len() && read.cells.len() == mesh.elements.len();
+    let at_nodes = |name: &str| grid::point_values(&read, name).unwrap_or_default().to_vec();
+    let (springback, waves) = (at_nodes(SPRINGBACK_NORMAL), at_nodes(WAVE_OFFSET));
     same.then(|| Step {
         name: name(history, row),
+        springback,
+        waves,
         plastic_strain: grid::cell_values(&read, "plastic_strain").unwrap_or_default().to_vec(),
         margin: grid::cell_values(&read, "forming_limit_margin").unwrap_or_default().to_vec(),
         travel_mm: row.map_or_else(|| vec![0.0; history.tools.len()], |row| row.travel_mm.clone()),
@@ -137,6 +147,7 @@ mod tests {
             time: 0.0,
             travel_mm: vec![0.0, 10.25],
             force_n: vec![0.0; 2],
+            pressure_mpa: Vec::new(),
             iterations: 1,
             contacts: [0; 2],
             energy: Default::default(),

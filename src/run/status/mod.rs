@@ -13,7 +13,9 @@ use super::progress_line::line;
 use super::resources;
 use super::restart::Restart;
 use crate::report::doubt::Doubt;
-use crate::report::record::{History, HistoryRow, RunRecord, Verdict};
+use crate::report::record::{
+    History, HistoryRow, LimitMarginRecord, QualityVerdict, RunRecord, ThinningRecord, Verdict,
+};
 
 /// Why a status cannot be read.
 #[non_exhaustive]
@@ -96,6 +98,12 @@ pub struct Status {
     pub message: Option<String>,
     /// Doubts so far.
     pub doubts: Vec<Doubt>,
+    /// Element with the largest thinning in the last equilibrium with tools.
+    pub thinning: Option<ThinningRecord>,
+    /// Element with the smallest margin to the forming limit; `None` without a limit.
+    pub margin: Option<LimitMarginRecord>,
+    /// Verdict on the quality of the part so far.
+    pub quality: Option<QualityVerdict>,
     /// Increments done.
     pub increment: usize,
     /// Stage of the last increment.
@@ -151,6 +159,9 @@ pub fn status(folder: &Path) -> Result<Status, StatusError> {
         heartbeat_s,
         message: record.message.clone(),
         doubts: record.doubts.clone(),
+        thinning: record.formability.as_ref().map(|f| f.thinning),
+        margin: record.formability.as_ref().and_then(|f| f.margin),
+        quality: record.quality_verdict(),
         increment: record.increments,
         stage: last.map(|row| row.stage.clone()),
         time,
@@ -263,6 +274,7 @@ fn age(path: &Path) -> f64 {
 mod tests {
     use super::*;
     use crate::report::record::Process;
+    use crate::report::record::Quality;
 
     fn record() -> RunRecord {
         let text = r#"{"format": "kanagata-run", "version": 2, "program": "p", "name": "n",
@@ -325,6 +337,32 @@ mod tests {
     }
 
     #[test]
+    fn the_formability_so_far_is_in_the_status() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut r = record();
+        let place = serde_json::json!({"percent": 12.5, "element": 3, "at_mm": [1.0, 2.0, 3.0]});
+        let formability = serde_json::json!({
+            "increment": 3, "area_mm2": 1.0, "thinning": place, "thickening": place,
+            "margin": {"margin": 0.25, "major": 0.3, "minor": 0.0, "limit_major": 0.4,
+                "element": 3, "at_mm": [1.0, 2.0, 3.0], "turned": false},
+            "zones": {"insufficient_stretch": 1.0, "wrinkling_tendency": 0.0, "thickening": 0.0,
+                "strong_wrinkling": 0.0},
+            "turned_paths": {"angle_deg": 30.0, "elements": 0, "share": 0.0, "largest_deg": 0.0}
+        });
+        r.formability = Some(serde_json::from_value(formability).unwrap());
+        r.quality = Some(Quality { max_thinning: Some(0.1), ..Quality::default() });
+        r.write(&folder.path().join("run.json")).unwrap();
+        let text = status(folder.path()).unwrap().to_string();
+        for line in [
+            "\n  thinning   12.5 % at (1.0, 2.0, 3.0) mm",
+            "\n  margin     0.25 at (1.0, 2.0, 3.0) mm",
+            "\n  quality    a limit of quality is exceeded",
+        ] {
+            assert!(text.contains(line), "{text}");
+        }
+    }
+
+    #[test]
     fn a_folder_tells_its_last_increment_and_no_line_of_the_run_before() {
         let folder = tempfile::tempdir().unwrap();
         let missing = status(folder.path()).unwrap_err().to_string();
@@ -339,6 +377,7 @@ mod tests {
             time: 0.5 * increment as f64,
             travel_mm: vec![2.5],
             force_n: vec![-100.0],
+            pressure_mpa: Vec::new(),
             iterations: 4,
             contacts: [7, 2],
             energy: Default::default(),

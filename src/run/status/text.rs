@@ -3,6 +3,7 @@
 use std::fmt::{self, Write as _};
 
 use super::{State, Status};
+use crate::report::record::QualityVerdict;
 use crate::run::lock::HEARTBEAT_EXPIRY;
 use crate::run::progress_line::HEADER;
 
@@ -21,6 +22,7 @@ impl fmt::Display for Status {
         self.push_faults(&mut lines);
         self.push_progress(&mut lines);
         self.push_tools(&mut lines);
+        self.push_formability(&mut lines);
         self.push_times(&mut lines);
         if let Some(line) = &self.last_line {
             lines.push("last line", HEADER);
@@ -93,6 +95,23 @@ impl Status {
             let (name, travel, force) = (&tool.name, tool.travel_mm, tool.force_n / 1e3);
             lines.push("tool", &format!("{name}: travel {travel:.3} mm, force {force:.3} kN"));
         }
+    }
+
+    /// Largest thinning, smallest margin, and the verdict on quality.
+    fn push_formability(&self, lines: &mut Lines) {
+        if let Some(thinning) = &self.thinning {
+            lines.push("thinning", &thinning.to_string());
+        }
+        if let Some(margin) = &self.margin {
+            lines.push("margin", &margin.to_string());
+        }
+        let verdict = match self.quality {
+            Some(QualityVerdict::Kept) => "all limits of quality are kept",
+            Some(QualityVerdict::Exceeded) => "a limit of quality is exceeded",
+            Some(QualityVerdict::Cracks) => "the sheet cracks: it is beyond the forming limit",
+            None => return,
+        };
+        lines.push("quality", verdict);
     }
 
     fn push_times(&self, lines: &mut Lines) {

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::body::Body;
 use crate::geometry::{Mat3, Vec3};
-use crate::solver::element::rotation;
+use crate::solver::element::{ElementKind, rotation};
 use crate::solver::material::corotational::Corotational;
 
 /// Cauchy stress and logarithmic strain in global axes of the deformed sheet, each as `xx, yy, zz, xy, yz, xz`.
@@ -16,14 +16,14 @@ pub struct Tensors {
     pub strain: [f64; 6],
 }
 
-/// Volume-weighted means of an element.
+/// Volume-weighted means of an element, and values at its faces.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ElementTensors {
     /// Over all points.
     pub mean: Tensors,
-    /// Over the four points nearest to the lower face.
+    /// At the lower face. Solid-shells: over the four points nearest to it. Solids: extrapolated.
     pub lower: Tensors,
-    /// Over the four points nearest to the upper face.
+    /// At the upper face, likewise.
     pub upper: Tensors,
 }
 
@@ -39,12 +39,13 @@ impl Body {
             let own = || self.evaluation_data().geometry[element].map(|point| point.weight).into();
             let weights = shared.clone().unwrap_or_else(own);
             let points = self.point_tensors(element, displacement, &places)?;
-            let [lower, upper] = self.kind.outermost_points();
-            Some(ElementTensors {
-                mean: mean(&points, &weights, 0..points.len()),
-                lower: mean(&points, &weights, lower),
-                upper: mean(&points, &weights, upper),
-            })
+            let [lower, upper] =
+                self.kind.outermost_points().map(|row| mean(&points, &weights, row));
+            let [lower, upper] = match self.kind {
+                ElementKind::SolidShell { .. } => [lower, upper],
+                ElementKind::Hex8 | ElementKind::Hex8Enhanced => at_faces(&lower, &upper),
+            };
+            Some(ElementTensors { mean: mean(&points, &weights, 0..points.len()), lower, upper })
         };
         (0..self.mesh.elements.len()).into_par_iter().map(of_element).collect()
     }
@@ -79,6 +80,19 @@ impl Body {
 
 fn components(m: &Mat3) -> [f64; 6] {
     [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)].map(|place| m[place])
+}
+
+/// Values at the faces `zeta = -1` and `1` of a solid from those at its two rows of points at `zeta = -+1/sqrt(3)`, on the
+/// straight line through both: `t(zeta) = (t_u + t_l) / 2 + zeta sqrt(3) (t_u - t_l) / 2`. Strains of bending are on it;
+/// a stress beyond the yield stress may be extrapolated from points that yield.
+fn at_faces(lower: &Tensors, upper: &Tensors) -> [Tensors; 2] {
+    let line = |l: &[f64; 6], u: &[f64; 6], zeta: f64| {
+        std::array::from_fn(|k| 0.5 * (u[k] + l[k] + zeta * 3.0_f64.sqrt() * (u[k] - l[k])))
+    };
+    [-1.0, 1.0].map(|zeta| Tensors {
+        stress: line(&lower.stress, &upper.stress, zeta),
+        strain: line(&lower.strain, &upper.strain, zeta),
+    })
 }
 
 /// Weighted mean of some points.
@@ -223,43 +237,71 @@ mod tests {
         }
     }
 
-    /// A strip bent upwards by less than yield: `σ = E/(1-ν²) z/r` along the arc at the outermost points, compression above,
-    /// no stress along the normal.
-    #[test]
-    fn a_bent_strip_has_opposite_stresses_at_its_faces() {
-        let elastic = 2e5 / (1.0 - 0.09);
-        let (radius, angle) = (800.0, 0.5);
-        let length = radius * angle;
+    const BEND_RADIUS: f64 = 800.0;
+    const BEND_COUNT: usize = 100;
+
+    /// A strip of 0.8 mm bent upwards by less than yield over a quarter of a radian, and turned: stress and strain along the arc
+    /// and stress along the normal at the lower face, in the mean, and at the upper face of every element.
+    fn bent_strip(kind: ElementKind) -> Vec<[[f64; 3]; 3]> {
+        let angle = 0.25;
         let tilt = turned([0.3, 0.5, -0.7]);
-        // A chord is shorter than its arc by (l/r)²/24, here 2e-3 of the bending strain.
-        let count = 100;
-        let mesh: HexMesh = rectangle(length, 8.0, 0.8, count, 1, 1);
-        let mut body = Body::new(mesh, SHELL, isotropic(5000.0)).unwrap();
+        // A chord is shorter than its arc by (l/r)²/24, here 5e-4 of the bending strain.
+        let mesh: HexMesh = rectangle(BEND_RADIUS * angle, 8.0, 0.8, BEND_COUNT, 1, 1);
+        let mut body = Body::new(mesh, kind, isotropic(5000.0)).unwrap();
         let poisson = 0.3 / 0.7;
         let u = deform(&mut body, |share, x| {
-            let r = radius / share;
+            let r = BEND_RADIUS / share;
             let (s, c) = (x.x / r).sin_cos();
             let z = x.z - 0.4;
             // Thinner where it is stretched: the normal stress vanishes.
             let z = z + poisson * 0.5 * z * z / r;
             tilt * Vec3::new((r - z) * s, x.y, r - (r - z) * c)
         });
-        let outermost = body.kind.thickness_rule()[4].0;
-        let bending = elastic * outermost * 0.4 / radius;
-        let all = body.element_tensors(&u).unwrap();
-        for (k, found) in all.iter().enumerate() {
-            let middle = angle * (k as f64 + 0.5) / count as f64;
+        let of = |(k, found): (usize, ElementTensors)| {
+            let middle = angle * (k as f64 + 0.5) / BEND_COUNT as f64;
             let (s, c) = middle.sin_cos();
-            let along = tilt * Vec3::new(c, 0.0, s);
-            let normal = tilt * Vec3::new(-s, 0.0, c);
-            let of = |stress: [f64; 6], n: &Vec3| n.dot(&(matrix(stress) * n));
-            let (low, high) = (of(found.lower.stress, &along), of(found.upper.stress, &along));
-            assert!((low / bending - 1.0).abs() < 0.01, "{low} {bending}");
-            assert!((high / bending + 1.0).abs() < 0.01, "{high} {bending}");
-            for stress in [found.mean.stress, found.lower.stress, found.upper.stress] {
-                assert!(of(stress, &normal).abs() < 0.01 * bending, "{}", of(stress, &normal));
+            let (along, normal) = (tilt * Vec3::new(c, 0.0, s), tilt * Vec3::new(-s, 0.0, c));
+            let in_direction = |tensor: [f64; 6], n: &Vec3| n.dot(&(matrix(tensor) * n));
+            [found.lower, found.mean, found.upper].map(|t| {
+                let stress = [along, normal].map(|n| in_direction(t.stress, &n));
+                [stress[0], in_direction(t.strain, &along), stress[1]]
+            })
+        };
+        body.element_tensors(&u).unwrap().into_iter().enumerate().map(of).collect()
+    }
+
+    /// `σ = E/(1-ν²) z/r` and `ε = z/r` along the arc: of solid-shells at the outermost points, of enhanced hexahedra at
+    /// the faces. Compression above, no stress along the normal.
+    #[test]
+    fn a_bent_strip_has_opposite_stresses_at_its_faces() {
+        for (kind, height) in
+            [(SHELL, SHELL.thickness_rule()[4].0), (ElementKind::Hex8Enhanced, 1.0)]
+        {
+            let strain = height * 0.4 / BEND_RADIUS;
+            let bending = 2e5 / (1.0 - 0.09) * strain;
+            for [lower, mean, upper] in bent_strip(kind) {
+                assert!((lower[0] / bending - 1.0).abs() < 0.01, "{lower:?} {bending}");
+                assert!((upper[0] / bending + 1.0).abs() < 0.01, "{upper:?} {bending}");
+                assert!((lower[1] / strain - 1.0).abs() < 0.01, "{lower:?} {strain}");
+                assert!((upper[1] / strain + 1.0).abs() < 0.01, "{upper:?} {strain}");
+                assert!(mean[0].abs() < 0.01 * bending && mean[1].abs() < 0.01 * strain);
+                assert!([lower, mean, upper].iter().all(|t| t[2].abs() < 0.01 * bending));
             }
-            assert!(of(found.mean.stress, &along).abs() < 0.01 * bending);
+        }
+    }
+
+    /// Mean dilatation takes the volume strain `z/r` of bending off in equal parts: two thirds of `z/r` remain along the
+    /// arc at the faces, with the stress `2 G ε`, and one third of it with the other sign along the normal.
+    #[test]
+    fn a_bent_strip_of_hexahedra_has_the_deviator_at_its_faces() {
+        let strain = 2.0 / 3.0 * 0.4 / BEND_RADIUS;
+        let bending = 2e5 / 1.3 * strain;
+        for [lower, _, upper] in bent_strip(ElementKind::Hex8) {
+            for (found, sign) in [(lower, 1.0), (upper, -1.0)] {
+                assert!((found[0] / bending - sign).abs() < 0.01, "{found:?} {bending}");
+                assert!((found[1] / strain - sign).abs() < 0.01, "{found:?} {strain}");
+                assert!((found[2] / bending + 0.5 * sign).abs() < 0.01, "{found:?} {bending}");
+            }
         }
     }
 

@@ -204,6 +204,18 @@ fn picture_and_page_hold_the_figures() {
     assert!(text.contains(&format!("NumberOfPoints=\"{}\" NumberOfCells=\"{}\"", 2 * 81, 2 * 64)));
     let html = page::page(&tool, &found).html();
     assert!(html.contains("0.0219") && html.contains("Worst patches"));
+    // The verdict, the answers, the view and at last what was compared.
+    let place = crate::report::doubt::place_mm(&found.report.worst[0].point);
+    let verdict = format!(
+        "<p class=\"outcome good\">The tool was compared without a tolerance, and there is no doubt. The shape error is {:+.4} mm at {place}, patch",
+        found.report.max_mm
+    );
+    let parts = [&verdict, "within 95 %", "Where the error is", "Set-up", "points compared, lost"];
+    let places: Vec<Option<usize>> = parts.iter().map(|text| html.find(*text)).collect();
+    assert!(places.is_sorted() && places[0].is_some(), "{places:?}");
+    let strict = AuditOptions { tolerance_mm: Some(0.01), ..AuditOptions::default() };
+    let html = page::page(&tool, &run(&tool, &strict)).html();
+    assert!(html.contains("outcome failed\">The tool exceeds its tolerance of 0.0100 mm."));
 }
 
 #[test]

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::exit::{Exit, Failure};
 use super::terminal::{out, out_json};
+use crate::report::record::QualityVerdict;
 use crate::run::cost::duration;
 use crate::study::status::{CaseState, CaseStatus, status};
 
@@ -26,7 +27,10 @@ pub(super) fn run(folder: &Path, json: bool) -> Result<Exit, Failure> {
         out_json!("{}", serde_json::to_string_pretty(&printed).map_err(Failure::input)?);
         return Ok(Exit::Done);
     }
-    for case in cases.iter().filter(|case| case.state != CaseState::Done) {
+    let fails = |case: &CaseStatus| {
+        matches!(case.quality, Some(QualityVerdict::Exceeded | QualityVerdict::Cracks))
+    };
+    for case in cases.iter().filter(|case| case.state != CaseState::Done || fails(case)) {
         out!("{}: {}", case.name, line(case));
     }
     let states = [
@@ -61,6 +65,17 @@ fn line(case: &CaseStatus) -> String {
     if let Some(increment) = case.increment {
         text += &format!(", increment {increment}");
     }
+    if let Some(percent) = case.thinning_percent {
+        text += &format!(", thins by {percent:.1} %");
+    }
+    if let Some(margin) = case.forming_limit_margin {
+        text += &format!(", margin {margin:.2}");
+    }
+    text += match case.quality {
+        Some(QualityVerdict::Exceeded) => ", a limit of quality is exceeded",
+        Some(QualityVerdict::Cracks) => ", cracks",
+        Some(QualityVerdict::Kept) | None => "",
+    };
     if let Some(seconds) = case.left_s {
         text += &format!(", {} left", duration(seconds));
     }

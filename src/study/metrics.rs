@@ -8,6 +8,8 @@
 //! | `travel_end_mm.TOOL`, `force_max_n.TOOL`, `force_end_n.TOOL` | of each tool; the force of largest magnitude |
 //! | `thickness_min_mm`, `thickness_max_mm` | of the last equilibrium |
 //! | `thinning_max` | largest decrease of thickness over the initial thickness [1] |
+//! | `thinning_percent`, `forming_limit_margin` | largest thinning of an element [%], smallest margin |
+//! | `quality` | `kept`, `exceeded` or `cracks` |
 //! | `draw_in_dx_mm`, `draw_in_dxy_mm` | inward displacement of the ends of the lines x and xy of the blank |
 //! | `springback_max_mm`, `springback_rms_mm` | displacements since the tools were released |
 //! | `external_work_nmm`, `internal_work_nmm`, `friction_work_nmm` | energies |
@@ -65,6 +67,7 @@ fn of_record(record: &RunRecord) -> Metrics {
         ("iterations", record.iterations),
         ("step_cuts", record.step_cuts),
     ];
+    let margin = record.formability.as_ref().and_then(|f| Some(f.margin?.margin));
     let measured = [
         ("wall_s", Some(record.wall_s)),
         ("cpu_s", Some(record.cpu_s)),
@@ -75,6 +78,8 @@ fn of_record(record: &RunRecord) -> Metrics {
         ("thickness_min_mm", record.thickness.map(|t| t.minimum_mm)),
         ("thickness_max_mm", record.thickness.map(|t| t.maximum_mm)),
         ("thinning_max", record.thickness.map(|t| 1.0 - t.minimum_mm / t.initial_mm)),
+        ("thinning_percent", record.formability.as_ref().map(|f| f.thinning.percent)),
+        ("forming_limit_margin", margin),
         ("springback_max_mm", record.springback.map(|s| s.largest_mm)),
         ("springback_rms_mm", record.springback.map(|s| s.rms_mm)),
     ];
@@ -85,7 +90,8 @@ fn of_record(record: &RunRecord) -> Metrics {
         Some((key.to_owned(), value.into()))
     });
     let texts = [("verdict".to_owned(), verdict), ("doubts".to_owned(), codes.join(" ").into())];
-    texts.into_iter().chain(counts).chain(measured).collect()
+    let quality = record.quality_verdict().map(|v| ("quality".to_owned(), v.to_string().into()));
+    texts.into_iter().chain(quality).chain(counts).chain(measured).collect()
 }
 
 /// Metrics of `history.csv`: tools and energies.

@@ -11,6 +11,7 @@ use super::outcome;
 use super::prepare::Order;
 use super::proof::Proof;
 use super::runner::tickets::{Submission, Tickets};
+use crate::report::record::QualityVerdict;
 use crate::run::lock;
 use crate::run::status::status as run_status;
 
@@ -43,6 +44,12 @@ pub struct CaseStatus {
     pub reason: Option<String>,
     /// Increments of its run.
     pub increment: Option<usize>,
+    /// Largest thinning of an element of its run [%].
+    pub thinning_percent: Option<f64>,
+    /// Smallest margin of its run to the forming limit; `None` without a limit.
+    pub forming_limit_margin: Option<f64>,
+    /// Verdict on the quality of its part.
+    pub quality: Option<QualityVerdict>,
     /// Estimated wall time left [s]; of a running case only.
     pub left_s: Option<f64>,
     /// Host of a running case.
@@ -74,13 +81,21 @@ fn case_status(study: &Path, name: String, submission: &Submission) -> CaseStatu
         state: if submitted { CaseState::Submitted } else { CaseState::Waiting },
         reason: None,
         increment: None,
+        thinning_percent: None,
+        forming_limit_margin: None,
+        quality: None,
         left_s: None,
         host: None,
         tries,
     };
     let Ok(case) = CaseFile::read(&folder) else { return status };
     let seen = run_status(&run).ok();
-    status.increment = seen.as_ref().map(|run| run.increment);
+    if let Some(run) = &seen {
+        status.increment = Some(run.increment);
+        status.thinning_percent = run.thinning.map(|found| found.percent);
+        status.forming_limit_margin = run.margin.map(|found| found.margin);
+        status.quality = run.quality;
+    }
     if let Some(holder) = lock::holder(&lock::file_in(&run)).unwrap_or(None) {
         status.state = CaseState::Running;
         status.left_s = seen.and_then(|run| run.left_s);

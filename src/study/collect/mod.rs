@@ -4,6 +4,7 @@ mod chart_set;
 mod curves;
 mod evaluate;
 mod mixtures;
+mod page;
 mod row;
 mod table;
 mod worst_doubts;
@@ -18,12 +19,11 @@ use super::checks::{Check, Outcome};
 use super::compare::{sheet, tools};
 use super::file::Study;
 use super::inputs::folder_of;
-use super::output::{plot, write_csv};
+use super::output::write_csv;
 use super::states::{Entry, State, States};
 use crate::report::csv;
 use crate::report::doubt::Doubt;
 use crate::report::drawing::write_chart;
-use crate::report::page::Page;
 use crate::report::record::RunRecord;
 
 /// Travels and forces of a run.
@@ -47,34 +47,30 @@ pub fn collect(
     let mut rows: Vec<Row<'_>> =
         cases.iter().map(|case| row(study, case, states.get(&case.id), folder)).collect();
     compare(&mut rows, study.reference.as_deref());
-    let tables = [
-        ("Cases", "study.csv", table::results(study, &rows)),
-        ("Cost", "cost.csv", table::costs(&rows)),
-    ];
+    let tables = [table::results(study, &rows), table::costs(&rows)];
+    for (name, (head, cells)) in ["study.csv", "cost.csv"].into_iter().zip(&tables) {
+        let names: Vec<&str> = head.iter().map(String::as_str).collect();
+        write_csv(&folder.join(name), &names, cells)?;
+    }
     let charts = chart_set::charts(study, &rows);
     let bars = chart_set::bars(&rows);
     let file = |name: &str| folder.join(name).with_extension("svg");
     charts.iter().try_for_each(|(name, chart)| write_chart(&file(name), chart))?;
     bars.iter().try_for_each(|(name, bars)| bars.write(&file(name)))?;
     let checks = evaluate::evaluate(study, &rows);
-    let mut page = Page::new(&study.name);
-    let doubts = worst_doubts(&rows);
-    page.doubts(&doubts);
-    let notes = mixtures::notes(&rows);
-    page.notes(&notes);
-    for (title, name, (head, cells)) in &tables {
-        let names: Vec<&str> = head.iter().map(String::as_str).collect();
-        write_csv(&folder.join(name), &names, cells)?;
-        page.heading(title);
-        page.table(&names, cells);
-    }
-    put_checks(&mut page, &checks);
-    for (_, bars) in &bars {
-        page.heading(&bars.title);
-        page.bars(bars);
-    }
-    charts.iter().for_each(|(_, chart)| plot(&mut page, chart));
-    page.write(&folder.join("study.html"))?;
+    let (doubts, notes) = (worst_doubts(&rows), mixtures::notes(&rows));
+    let [results, costs] = &tables;
+    let contents = page::Contents {
+        study,
+        rows: &rows,
+        checks: &checks,
+        doubts: &doubts,
+        notes: &notes,
+        tables: [results, costs],
+        charts: &charts,
+        bars: &bars,
+    };
+    page::page(&contents).write(&folder.join("study.html"))?;
     Ok(Findings { checks, doubts, notes })
 }
 
@@ -89,19 +85,6 @@ pub struct Findings {
     /// Notes on runs that do not compare: of several builds, on several classes of processors, or with files that cannot be
     /// read.
     pub notes: Vec<String>,
-}
-
-fn put_checks(page: &mut Page, checks: &[(Check, Outcome)]) {
-    if checks.is_empty() {
-        return;
-    }
-    let cells = |(check, outcome): &(Check, Outcome)| {
-        let [state, value] = outcome.texts();
-        vec![check.says.clone(), state, value, check.allowed()]
-    };
-    page.heading("What it is expected to show");
-    let cells: Vec<Vec<String>> = checks.iter().map(cells).collect();
-    page.table(&["expected", "", "found", "allowed"], &cells);
 }
 
 /// State of a case in the table; one that is running has no results yet.

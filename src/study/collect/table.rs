@@ -1,7 +1,7 @@
 //! The tables of cases, for file and page: results, and what they cost.
 
 use super::row::{CaseState, Row};
-use crate::report::record::RunRecord;
+use crate::report::record::{FormabilityRecord, RunRecord};
 use crate::study::file::Study;
 
 /// A column: its name and its cell for a row.
@@ -18,9 +18,14 @@ pub(super) const PHASES: [(&str, &str); 6] = [
 ];
 
 /// Columns of results, the same wherever and however often a study is run on processors of a class.
-const RESULTS: [Column; 31] = [
+const RESULTS: [Column; 34] = [
     ("state", state),
     ("doubts", |r| of(r, doubt_codes)),
+    ("quality", |r| of(r, |r| r.quality_verdict().map_or("".into(), |v| v.to_string()))),
+    ("thinning_percent", |r| formability(r, |f| format!("{:.2}", f.thinning.percent))),
+    ("forming_limit_margin", |r| {
+        formability(r, |f| f.margin.map_or("".into(), |margin| format!("{:.3}", margin.margin)))
+    }),
     ("method", |r| r.method.clone()),
     ("patches", |r| r.patches.to_string()),
     ("shape_error_mm", |r| maybe(r.shape_error, 5)),
@@ -52,6 +57,21 @@ const RESULTS: [Column; 31] = [
     ("reason", |r| r.reason.clone().unwrap_or_default()),
 ];
 
+/// Columns of [`RESULTS`] that answer what is asked first about a case.
+const ANSWERS: [&str; 11] = [
+    "state",
+    "doubts",
+    "quality",
+    "thinning_percent",
+    "forming_limit_margin",
+    "minimum_thickness_mm",
+    "force_max_n",
+    "draw_in_dx_mm",
+    "springback_mm",
+    "shape_error_mm",
+    "reason",
+];
+
 /// Columns of cost, which differ between runs.
 const COSTS: [Column; 11] = [
     ("wall_s", |r| of(r, |r| format!("{:.1}", r.wall_s))),
@@ -73,6 +93,17 @@ pub(super) type Table = (Vec<String>, Vec<Vec<String>>);
 /// Case, its options or the values of its row, and the results of its run.
 pub(super) fn results(study: &Study, rows: &[Row<'_>]) -> Table {
     of_columns(study.varied(), &RESULTS, rows, |row| row.case.options.clone())
+}
+
+/// Case, its options or the values of its row, the main results, and processor time. A column without any value is left
+/// out.
+pub(super) fn answers(study: &Study, rows: &[Row<'_>]) -> Table {
+    let chosen = |name: &str| RESULTS.iter().find(|(column, _)| *column == name).copied();
+    let columns: Vec<Column> = ANSWERS.iter().filter_map(|name| chosen(name)).collect();
+    let time = COSTS.iter().find(|(name, _)| *name == "cpu_s").copied();
+    let has_value = |column: &Column| rows.iter().any(|row| !column.1(row).is_empty());
+    let columns: Vec<Column> = columns.into_iter().chain(time).filter(has_value).collect();
+    of_columns(study.varied(), &columns, rows, |row| row.case.options.clone())
 }
 
 /// Case, and the cost of its run.
@@ -137,6 +168,11 @@ fn springback(
     cell: impl Fn(&crate::report::record::SpringbackRecord) -> String,
 ) -> String {
     let found = row.record.as_ref().and_then(|r| r.springback.as_ref());
+    found.map_or_else(String::new, cell)
+}
+
+fn formability(row: &Row<'_>, cell: impl Fn(&FormabilityRecord) -> String) -> String {
+    let found = row.record.as_ref().and_then(|r| r.formability.as_ref());
     found.map_or_else(String::new, cell)
 }
 

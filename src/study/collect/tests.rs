@@ -179,6 +179,45 @@ fn costs_and_balances_are_in_the_table_and_drawn() {
     assert!(page.contains("Total time by phase") && page.contains("search and projection"));
 }
 
+/// The page opens with the verdict and the answers of the cases; all columns and the cost are folded behind the set-up.
+#[test]
+fn the_page_opens_with_the_verdict_and_folds_the_cost() {
+    let made = Made::new(json!([
+        {"says": "forces agree", "figure": "force_rms", "at_most": 0.1},
+        {"says": "volume balances", "figure": "volume_error", "at_most": 1e-12}
+    ]));
+    let path = folder_of(made.folder.path(), "fine").join("run/run.json");
+    let mut record: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    let place = json!({"percent": 21.5, "element": 3, "at_mm": [1.0, 2.0, 3.0]});
+    record["quality"] = json!({"max_thinning": 0.2});
+    record["formability"] = json!({
+        "increment": 3, "area_mm2": 1.0, "thinning": place, "thickening": place,
+        "margin": {"margin": 0.125, "major": 0.3, "minor": 0.0, "limit_major": 0.4, "element": 3,
+            "at_mm": [1.0, 2.0, 3.0], "turned": false},
+        "zones": {"insufficient_stretch": 1.0, "wrinkling_tendency": 0.0, "thickening": 0.0,
+            "strong_wrinkling": 0.0},
+        "turned_paths": {"angle_deg": 30.0, "elements": 0, "share": 0.0, "largest_deg": 0.0}
+    });
+    fs::write(&path, record.to_string()).unwrap();
+    made.collect();
+    for (column, expected) in
+        [("quality", "exceeded"), ("thinning_percent", "21.50"), ("forming_limit_margin", "0.125")]
+    {
+        assert_eq!(made.cell("fine", column), expected);
+        assert_eq!(made.cell("coarse", column), "");
+    }
+    let page = fs::read_to_string(made.path("study.html")).unwrap();
+    let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text}"));
+    let verdict = "<p class=\"outcome failed\">2 of 3 cases are done (1 waiting); 1 of 2 expectations hold.</p>";
+    let parts =
+        ["What it is expected to show", "<h2>Cases", "21.50", "Total time", "Set-up", "cost.csv"];
+    let places: Vec<usize> = [verdict].iter().chain(&parts).map(|text| at(text)).collect();
+    assert!(places.is_sorted(), "{places:?}");
+    // A column without values is left out of the answers.
+    let cases = page.split("<h2>Cases").nth(1).unwrap().split("</table>").next().unwrap();
+    assert!(cases.contains("forming_limit_margin") && !cases.contains("<th>reason</th>"));
+}
+
 #[test]
 fn methods_are_lines_and_the_best_are_ringed() {
     let made = Made::new(json!([]));

@@ -54,14 +54,16 @@ fn curves(holder: &HolderPressureRecord, history: &History, travelled: &[f64]) -
 }
 
 fn row(holder: &HolderPressureRecord) -> Vec<String> {
+    // Places do not break.
+    let cell = |at: &[f64; 3]| place_mm(at).replace(' ', "\u{a0}");
     vec![
         holder.tool.clone(),
         holder.increment.to_string(),
         format!("{:.3}", holder.mean_mpa),
         format!("{:.3}", holder.max_mpa),
-        place_mm(&holder.max_at_mm),
+        cell(&holder.max_at_mm),
         format!("{:.3}", holder.peak.max_mpa),
-        place_mm(&holder.peak.at_mm),
+        cell(&holder.peak.at_mm),
         holder.peak.increment.to_string(),
     ]
 }
@@ -120,7 +122,10 @@ mod tests {
         let mut page = Page::new("a");
         pressures(&mut page, &record, &history, (&[0.5, 1.0], "travel of punch [mm]"));
         let html = page.html();
-        assert!(html.contains("<td>(4.0, 5.0, 6.0) mm</td>") && html.contains(">9.000</td>"));
+        assert!(
+            html.contains("<td>(4.0,\u{a0}5.0,\u{a0}6.0)\u{a0}mm</td>")
+                && html.contains(">9.000</td>")
+        );
         let mut none = Page::new("a");
         pressures(&mut none, &RunRecord::default(), &history, (&[], ""));
         assert!(!none.html().contains("holder"));

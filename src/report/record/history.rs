@@ -115,6 +115,7 @@ impl History {
             ",iterations,contact_nodes,slipping_nodes,external_work_nmm,internal_work_nmm,friction_work_nmm{}",
             self.pressure_heads()
         )?;
+        let has_pressures = self.has_pressures();
         for row in &self.rows {
             write!(w, "{},{},{}", row.increment, csv::quoted(&row.stage), row.time)?;
             for (travel, force) in row.travel_mm.iter().zip(&row.force_n) {
@@ -127,7 +128,7 @@ impl History {
                 ",{},{contacts},{slips},{},{},{}",
                 row.iterations, e.external, e.internal, e.friction
             )?;
-            if self.has_pressures() {
+            if has_pressures {
                 row.pressure_mpa.iter().try_for_each(|[mean, max]| write!(w, ",{mean},{max}"))?;
             }
             writeln!(w)?;
@@ -143,7 +144,8 @@ impl History {
 
     /// Names of the columns of pressures, each with its comma.
     fn pressure_heads(&self) -> String {
-        let tools = self.tools.iter().filter(|_| self.has_pressures());
+        let tools: &[String] = if self.has_pressures() { &self.tools } else { &[] };
+        let tools = tools.iter();
         let names =
             tools.flat_map(|tool| ["mean", "max"].map(|of| format!("{tool}_{of}_pressure_mpa")));
         names.map(|name| format!(",{}", csv::quoted(&name))).collect()

@@ -37,7 +37,7 @@ fn bases(folder: &Path) -> Vec<Value> {
         scene["stages"][0]["load_share"] = json!(1.0);
         scene["solver"] = json!({
             "force_tolerance": 1e-6, "iterations": 25, "wanted_iterations": 6, "smallest_increment": 1e-3,
-            "increments": 200, "friction_transition": 1e-5, "contact": "exact"
+            "increments": 200, "increment_error": 0.05, "friction_transition": 1e-5, "contact": "exact"
         });
         scene["output"] = json!({"vtu_every": 10, "checkpoint_every": 5,
             "sections": [{"normal": "y", "at_mm": 0.5}]});

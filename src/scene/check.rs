@@ -189,9 +189,9 @@ fn check_solver(solver: &SolverLimits) -> Result<(), Fault> {
         return fault("smallest_increment", &step, "above 0, at most 1");
     }
     if let Some(error) = solver.increment_error
-        && !(error > 0.0 && error <= 0.5)
+        && !(1e-4..=0.5).contains(&error)
     {
-        return fault("increment_error", &error, "above 0, at most 0.5");
+        return fault("increment_error", &error, "1e-4 to 0.5");
     }
     let transition = solver.friction_transition;
     if !(0.0..1.0).contains(&transition) {

@@ -357,8 +357,8 @@ pub struct SolverLimits {
     pub smallest_increment: f64,
     /// Largest number of increments of the run.
     pub increments: usize,
-    /// Largest relative error of the forces from the length of an increment, above 0, at most 0.5; estimated where plastic
-    /// flow and friction turn within an increment. By default the length of increments follows the iterations alone.
+    /// Relative error of the forces from the length of an increment to be kept, 1e-4 to 0.5; estimated where plastic flow
+    /// and friction turn within an increment. By default the length of increments follows the iterations alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub increment_error: Option<f64>,
     /// Slip in an increment over which friction rises to the Coulomb limit, as a fraction of the longest element edge. 0

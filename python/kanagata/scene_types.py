@@ -579,9 +579,9 @@ class SolverLimits(TypedDict):
     # element edge. 0 separates stick from slip exactly, takes many times the iterations and may not converge;
     # 1e-8 is practically the same and as fast as the default.
     friction_transition: NotRequired[float]
-    # Largest relative error of the forces from the length of an increment, above 0, at most 0.5; estimated
-    # where plastic flow and friction turn within an increment. By default the length of increments follows
-    # the iterations alone.
+    # Relative error of the forces from the length of an increment to be kept, 1e-4 to 0.5; estimated where
+    # plastic flow and friction turn within an increment. By default the length of increments follows the
+    # iterations alone.
     increment_error: NotRequired[Union[float, None]]
     # Largest number of increments of the run.
     increments: NotRequired[int]

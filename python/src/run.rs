@@ -56,6 +56,12 @@ impl RunRecord {
         for (key, of) in energies {
             out.set_item(key, (0..rows.len()).map(of).collect::<Vec<_>>())?;
         }
+        for (k, tool) in history.tools.iter().enumerate().filter(|_| history.has_pressures()) {
+            for (which, name) in ["mean", "max"].into_iter().enumerate() {
+                let values: Vec<f64> = rows.iter().map(|r| r.pressure_mpa[k][which]).collect();
+                out.set_item(format!("{tool}_{name}_pressure_mpa"), values)?;
+            }
+        }
         Ok(out)
     }
 

@@ -87,7 +87,9 @@ def test_the_history_is_that_of_the_file_and_of_the_observer(run):
     pandas = pytest.importorskip("pandas")
     file = pandas.read_csv(run.folder / "history.csv")
     assert list(file.columns) == list(run.history.columns)
-    assert np.array_equal(file["punch_force_n"], run.arrays()["punch_force_n"])
+    for column in ["punch_force_n", "holder_mean_pressure_mpa", "punch_max_pressure_mpa"]:
+        assert np.array_equal(file[column], run.arrays()[column])
+    assert (file["punch_max_pressure_mpa"] >= file["punch_mean_pressure_mpa"]).all()
     told = [p for p in run.told if p["increment"] > 0]
     assert [p["force_n"]["punch"] for p in told] == list(file["punch_force_n"])
     assert told[-1]["done"] == pytest.approx(1.0) and told[-1]["stage"] == "springback"

@@ -1,5 +1,8 @@
 //! What users of terminals and pipes expect: progress with the time left, colours, `-` for standard streams.
 
+#[path = "skipping/mod.rs"]
+mod skipping;
+
 use std::fs;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -84,6 +87,9 @@ mod progress {
             "--threads",
             "1",
         ];
+        if openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).is_err() {
+            return skipping::skip(["pseudo-terminals", "mount /dev/pts"]);
+        }
         let shown = on_terminal(&convert);
         assert!(shown.contains("search for the fewest patches, at most "), "{shown:?}");
         assert!(shown.contains(" left") && shown.contains(" %"), "{shown:?}");

@@ -178,7 +178,7 @@ codes! {
         "Work done and energy found do not agree: increments are too long.";
     /// Increments in which the plastic flow or the friction turns too far.
     IncrementsTooLong "increments-too-long" "result"
-        "forces lack 5 % of the work"
+        "forces lack 5 % of the work, or what `solver.increment_error` allows"
         "Plastic flow or friction turns too far within increments: forces are too low.";
     /// Localised necking.
     LocalisedNecking "localised-necking" "result"

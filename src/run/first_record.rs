@@ -6,7 +6,7 @@ use std::path::Path;
 use super::build::{BUILD, cpu_class};
 use super::inputs::inputs;
 use super::resources::this_process;
-use crate::report::record::{RunRecord, VERSION, Verdict};
+use crate::report::record::{IncrementErrorRecord, RunRecord, VERSION, Verdict};
 use crate::scene::Plan;
 
 /// Value of `format` in `run.json`.
@@ -32,6 +32,10 @@ pub(super) fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRec
         set: plan.set.clone(),
         stages: plan.scene.stages.len(),
         quality: plan.scene.quality,
+        increment_error: plan.scene.solver.increment_error.map(|allowed| IncrementErrorRecord {
+            allowed: Some(allowed),
+            ..IncrementErrorRecord::default()
+        }),
         process: this_process(),
         ..RunRecord::default()
     }

@@ -299,15 +299,20 @@ impl RunRecord {
     }
 
     fn increments_too_long(&self) -> Option<Doubt> {
-        let error = self.increment_error.filter(|e| e.of_work > INCREMENT_ERROR_MAX_REL)?;
+        let error = self.increment_error?;
+        let limit =
+            error.allowed.map_or(INCREMENT_ERROR_MAX_REL, |e| e.min(INCREMENT_ERROR_MAX_REL));
+        if error.of_work <= limit {
+            return None;
+        }
         Some(Doubt::of(
             DoubtCode::IncrementsTooLong,
             format!("increment {}", error.increment),
-            [error.of_work, INCREMENT_ERROR_MAX_REL],
+            [error.of_work, limit],
             format!(
-                "Forces are too low because of the length of the increments: they lack about {:.0} % of the work ({:.0} % allowed), {:.0} % in increment {}. Give `solver.increment_error`, for example 0.01.",
+                "Forces are too low because of the length of the increments: they lack about {:.2} % of the work ({:.2} % allowed), {:.2} % in increment {}. Give `solver.increment_error`, for example 0.01; where it is given, take a shorter `first_increment` of the stage.",
                 100.0 * error.of_work,
-                100.0 * INCREMENT_ERROR_MAX_REL,
+                100.0 * limit,
                 100.0 * error.largest,
                 error.increment
             ),

@@ -59,6 +59,9 @@ pub struct UnaccountedEnergyRecord {
 /// Error of the forces from the length of the increments, estimated where plastic flow and friction turn.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct IncrementErrorRecord {
+    /// Error that the scene allows (`solver.increment_error`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub allowed: Option<f64>,
     /// Work that the forces lack, over all work of deformation and friction.
     pub of_work: f64,
     /// Largest relative error of the forces in an increment with tools.
@@ -388,12 +391,14 @@ mod tests {
 
     #[test]
     fn forces_that_lack_work_are_a_doubt() {
-        let codes = |of_work| {
-            let increment_error = Some(IncrementErrorRecord { of_work, ..Default::default() });
+        let codes = |of_work, allowed| {
+            let error = IncrementErrorRecord { of_work, allowed, ..Default::default() };
+            let increment_error = Some(error);
             let record = RunRecord { increment_error, ..RunRecord::default() };
             let doubts = record.all_doubts(&[]);
             doubts.iter().any(|doubt| doubt.code == DoubtCode::IncrementsTooLong)
         };
-        assert!(codes(0.051) && !codes(0.049));
+        assert!(codes(0.051, None) && !codes(0.049, None) && codes(0.051, Some(0.1)));
+        assert!(codes(0.0011, Some(0.001)) && !codes(0.0009, Some(0.001)));
     }
 }

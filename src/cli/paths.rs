@@ -2,16 +2,16 @@
 
 use std::path::PathBuf;
 
-use crate::files::standard::{STDIN, STDOUT};
+use crate::files::standard::{stdin, stdout};
 
 /// Parses the name of a file that is read once; `-` is standard input.
 pub(super) fn input_path(text: &str) -> Result<PathBuf, String> {
-    Ok(if text == "-" { STDIN.into() } else { text.into() })
+    Ok(if text == "-" { stdin() } else { text.into() })
 }
 
 /// Parses the name of a file that is written; `-` is standard output, and the summary goes to standard error.
 pub(super) fn output_path(text: &str) -> Result<PathBuf, String> {
-    Ok(if text == "-" { STDOUT.into() } else { text.into() })
+    Ok(if text == "-" { stdout() } else { text.into() })
 }
 
 /// Parses the name of a file or folder that must have one.

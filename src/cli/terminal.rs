@@ -119,7 +119,9 @@ fn above_bar<T>(write: impl FnOnce() -> T) -> T {
 /// Writes a line of a summary to standard output, unless it is silenced.
 pub(super) fn put_summary(line: &str) {
     if SILENT.load(Ordering::Relaxed) {
-    } else if TO_ERROR.load(Ordering::Relaxed) {
+        return;
+    }
+    if TO_ERROR.load(Ordering::Relaxed) {
         put_error(line);
     } else {
         put(&dressed(line, 0));

@@ -65,7 +65,7 @@ pub fn open(path: &Path, kind: Input) -> io::Result<(File, u64)> {
     Ok((file, size))
 }
 
-/// Reads the bytes of an external file, or of standard input for [`standard::STDIN`].
+/// Reads the bytes of an external file, or of standard input for [`standard::stdin`].
 ///
 /// # Errors
 /// As [`open`]; also when the file exceeds the size limit while it is read.

@@ -42,7 +42,7 @@ pub fn create_log(path: &Path) -> Result<File, WriteError> {
 
 /// Writes `path` through `body`: into a temporary file next to it, flushed to disk, renamed over it, and the folder
 /// flushed. For a symbolic link the target file is replaced. An existing file keeps its permissions.
-/// [`standard::STDOUT`] is written to standard output, once `body` has ended.
+/// [`standard::stdout`] is written to standard output, once `body` has ended.
 ///
 /// # Errors
 /// [`WriteError`] when the folder is missing, the disk is full, `body` fails, or the path is a device, FIFO, socket or

@@ -1,27 +1,42 @@
 //! Standard input and output in place of a file.
 //!
-//! [`STDIN`] and [`STDOUT`] are what a program makes of the name `-`. Standard input is read once and kept, as some files are
-//! read twice (for their content and for their SHA-256).
+//! A program makes [`stdin`] and [`stdout`] of the name `-`. Before that no path stands for them, so that a name in a foreign
+//! file cannot. Standard input is read once and kept, as some files are read twice (for their content and for their SHA-256).
 
 use std::io::{self, Read as _, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// Path that stands for standard input.
-pub const STDIN: &str = "<stdin>";
-/// Path that stands for standard output.
-pub const STDOUT: &str = "<stdout>";
+const STDIN: &str = "<stdin>";
+const STDOUT: &str = "<stdout>";
+/// Whether the program has been given standard input, standard output.
+static IS_GIVEN: [AtomicBool; 2] = [AtomicBool::new(false), AtomicBool::new(false)];
+
+/// The path that stands for standard input from now on.
+#[must_use]
+pub fn stdin() -> PathBuf {
+    IS_GIVEN[0].store(true, Ordering::Relaxed);
+    STDIN.into()
+}
+
+/// The path that stands for standard output from now on.
+#[must_use]
+pub fn stdout() -> PathBuf {
+    IS_GIVEN[1].store(true, Ordering::Relaxed);
+    STDOUT.into()
+}
 
 /// Whether a path stands for standard input.
 #[must_use]
 pub fn is_stdin(path: &Path) -> bool {
-    path == Path::new(STDIN)
+    IS_GIVEN[0].load(Ordering::Relaxed) && path == Path::new(STDIN)
 }
 
 /// Whether a path stands for standard output.
 #[must_use]
 pub fn is_stdout(path: &Path) -> bool {
-    path == Path::new(STDOUT)
+    IS_GIVEN[1].load(Ordering::Relaxed) && path == Path::new(STDOUT)
 }
 
 /// The bytes of standard input, up to one more than `limit`.

@@ -7,6 +7,7 @@
 //! - [`prelude`]: the objects that other programs build on
 //! - [`study`]: one scene in many variants
 //! - [`run`]: a scene becomes a run folder
+//! - [`reach`]: faces of a CAD model that a sheet comes near
 //! - [`convert`]: CAD and mesh become a tool model; [`scene`]: what a run is
 //! - [`audit`]: the shape error of a tool model against its CAD (Eq. 24); [`solver`]: the forming solver
 //! - [`mesh`]: surface meshes of a CAD model; [`report`]: what people look at; [`contact`]: closest point on a tool
@@ -27,27 +28,47 @@
 //! With `default-features = false` the library reads CAD, meshes, converts, audits and runs scenes. Run folders then hold all
 //! files but `report.html`.
 
-pub mod accuracy;
-pub mod audit;
-pub mod cad;
-pub mod cancel;
 #[cfg(feature = "cli")]
 pub mod cli;
-pub mod contact;
-pub mod convert;
-pub mod files;
-pub mod geometry;
-pub mod mesh;
 pub mod prelude;
-pub mod progress;
-pub mod report;
-pub mod run;
-pub mod scene;
-pub mod solver;
+
+#[doc(inline)]
+pub use kanagata_accuracy as accuracy;
+#[doc(inline)]
+pub use kanagata_audit as audit;
+#[doc(inline)]
+pub use kanagata_cad as cad;
+#[doc(inline)]
+pub use kanagata_cancel as cancel;
+#[doc(inline)]
+pub use kanagata_contact as contact;
+#[doc(inline)]
+pub use kanagata_convert as convert;
+#[doc(inline)]
+pub use kanagata_files as files;
+#[doc(inline)]
+pub use kanagata_geometry as geometry;
+#[doc(inline)]
+pub use kanagata_mesh as mesh;
+#[doc(inline)]
+pub use kanagata_progress as progress;
+#[doc(inline)]
+pub use kanagata_reach as reach;
+#[doc(inline)]
+pub use kanagata_report as report;
+#[doc(inline)]
+pub use kanagata_run as run;
+#[doc(inline)]
+pub use kanagata_scene as scene;
+#[doc(inline)]
+pub use kanagata_solver as solver;
 #[cfg(feature = "pages")]
-pub mod study;
-pub mod tool;
+#[doc(inline)]
+pub use kanagata_study as study;
+#[doc(inline)]
+pub use kanagata_tool as tool;
 
 #[cfg(test)]
-#[path = "../tests/skipping/mod.rs"]
-mod skipping;
+#[allow(dead_code)] // Some of these shapes are for the tests of other modules.
+#[path = "cad/query_tests/shapes.rs"]
+mod shapes;

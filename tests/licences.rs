@@ -14,7 +14,17 @@ fn root() -> &'static Path {
 /// Names and versions of the crates in the programs, by cargo itself.
 fn linked() -> BTreeSet<String> {
     let tree = Command::new(env!("CARGO"))
-        .args(["tree", "--locked", "--offline", "--prefix", "none", "--format", "{p}"])
+        .args([
+            "tree",
+            "--package",
+            "kanagata",
+            "--locked",
+            "--offline",
+            "--prefix",
+            "none",
+            "--format",
+            "{p}",
+        ])
         .args(["--edges", "normal", "--target", "x86_64-unknown-linux-gnu"])
         .current_dir(root())
         .output()
@@ -25,7 +35,7 @@ fn linked() -> BTreeSet<String> {
         let mut words = line.split(' ');
         Some(format!("{} {}", words.next()?, words.next()?.strip_prefix('v')?))
     };
-    text.lines().filter_map(package).filter(|name| !name.starts_with("kanagata ")).collect()
+    text.lines().filter_map(package).filter(|name| !name.starts_with("kanagata")).collect()
 }
 
 #[test]

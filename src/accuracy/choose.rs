@@ -10,10 +10,10 @@ use super::pattern::{LEVEL_MAX, Pattern};
 use super::quantities::Results;
 use super::runner::Runner;
 use super::sequence::RATIO_MIN;
-use crate::report::record::{FacePenetrationRecord, SequenceEnd};
-use crate::scene::read::read_with;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::sheet::refine::plan_elements;
+use kanagata_report::record::{FacePenetrationRecord, SequenceEnd};
+use kanagata_scene::read::read_with;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
+use kanagata_solver::sheet::refine::plan_elements;
 
 /// Elements of a refined mesh over those of the uniform one, above which it is not used: what it saves is then small beside
 /// the error of its longer elements. At half the value a strip that bends along a third of its length stays uniform.

@@ -1,8 +1,8 @@
 //! Values of the quantities, and distances between two runs.
 
 use super::quantities::{BorderCurve, ForceCurve, Results};
-use crate::geometry::Vec2;
-use crate::scene::accuracy::Accuracy;
+use kanagata_geometry::Vec2;
+use kanagata_scene::accuracy::Accuracy;
 
 /// A compared quantity.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::files::WriteError;
-use crate::run::RunError;
-use crate::scene::SceneError;
+use kanagata_files::WriteError;
+use kanagata_run::RunError;
+use kanagata_scene::SceneError;
 
 /// Why a sequence of runs ends without a result.
 #[non_exhaustive]

@@ -1,7 +1,7 @@
 //! Fields on the flat blank: values at columns of nodes, interpolated between them.
 
-use crate::geometry::{Aabb, Vec2, Vec3};
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::{Aabb, Vec2, Vec3};
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// A value at every column of a sheet, over the plan of the flat blank.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -152,7 +152,7 @@ fn local_of([a, b, c, d]: &[Vec2; 4], point: &Vec2) -> Option<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::{quarter_disc, rectangle, thickened};
+    use kanagata_solver::sheet::hex_mesh::{quarter_disc, rectangle, thickened};
 
     fn linear(mesh: &HexMesh) -> Field {
         let values: Vec<f64> = mesh.nodes.iter().map(|x| 1.0 + 0.1 * x.x - 0.2 * x.y).collect();

@@ -6,17 +6,17 @@ use super::error::AccuracyError;
 use super::publish::RUNS;
 use super::runner::{Limits, Observer};
 use super::sequence::run_to_accuracy;
-use crate::report::record::RunRecord;
-use crate::run::{RunOptions, lock_folder};
-use crate::scene::accuracy::Accuracy;
-use crate::scene::set_value::SetValue;
+use kanagata_report::record::RunRecord;
+use kanagata_run::{RunOptions, lock_folder};
+use kanagata_scene::accuracy::Accuracy;
+use kanagata_scene::set_value::SetValue;
 
 /// Runs the scene at `scene` (with `set`) to its accuracy, or to `accuracy` if given. The runs are in `output/accuracy`; the files
 /// of the best one, with the estimated errors in `run.json`, are in `output`. The same call continues a sequence that was
 /// stopped. No `report.html` is written.
 ///
 /// # Errors
-/// [`AccuracyError`]; a folder of other files, and one that another process works in, are those of [`crate::run::RunError`].
+/// [`AccuracyError`]; a folder of other files, and one that another process works in, are those of [`kanagata_run::RunError`].
 pub fn run_into(
     scene: &Path,
     set: &[SetValue],

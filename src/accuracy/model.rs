@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use crate::scene::set_value::SetValue;
-use crate::scene::types::{Blank, BlankShape, Scene};
-use crate::solver::element::ElementKind;
+use kanagata_scene::set_value::SetValue;
+use kanagata_scene::types::{Blank, BlankShape, Scene};
+use kanagata_solver::element::ElementKind;
 
 /// Points through the thickness of a solid-shell in the first run, its default.
 pub(super) const POINTS: u8 = 6;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::distance::Quantity;
 use super::model::{Model, POINTS};
 use super::quantities::Results;
-use crate::report::record::HistoryRow;
+use kanagata_report::record::HistoryRow;
 
 /// A numerical choice besides the mesh in plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -164,7 +164,7 @@ pub(super) fn together(parts: impl Iterator<Item = f64>) -> f64 {
 mod tests {
     use super::super::model::PlanMesh;
     use super::*;
-    use crate::solver::element::ElementKind;
+    use kanagata_solver::element::ElementKind;
 
     fn model() -> Model {
         Model {

@@ -4,11 +4,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::geometry::{Vec2, Vec3};
-use crate::report::vtu_read;
-use crate::run::fields::FACE_PENETRATION;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::sheet::refine::plan_elements;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_report::vtu_read;
+use kanagata_run::fields::FACE_PENETRATION;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
+use kanagata_solver::sheet::refine::plan_elements;
 
 /// Highest level of refinement. Elements that bend most are then a quarter as long as those of flat parts. With one level
 /// fewer flat parts have four times the elements; with one more their elements are eight times as long as those that bend.
@@ -133,8 +133,8 @@ fn angles(mesh: &HexMesh, quads: &[[u32; 4]], positions: &[Vec3]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{CellKind, DataArray, Vtu};
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_report::{CellKind, DataArray, Vtu};
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     /// The pattern of a strip of 16 elements that is bent by 60 degrees between elements 7 and 8 in one step, and by 20
     /// degrees between elements 3 and 4 in another, in which a tool is `deep` in the face of element 14 [mm].

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use super::error::AccuracyError;
 use super::runner::Sequence;
-use crate::files::{Input, WriteError, remove_where, write_atomic};
-use crate::report::doubt::DoubtCode;
-use crate::report::record::{FacePenetrationRecord, RunRecord, SequenceEnd, Verdict};
-use crate::run::checkpoint;
+use kanagata_files::{Input, WriteError, remove_where, write_atomic};
+use kanagata_report::doubt::DoubtCode;
+use kanagata_report::record::{FacePenetrationRecord, RunRecord, SequenceEnd, Verdict};
+use kanagata_run::checkpoint;
 
 /// Folder of the runs of a sequence, in the folder of its results.
 pub const RUNS: &str = "accuracy";
@@ -23,7 +23,7 @@ impl Sequence {
         let fault =
             |path: &Path, found: String| AccuracyError::Results { path: path.into(), found };
         let path = self.best.join("run.json");
-        let text = crate::files::read(&path, Input::Description);
+        let text = kanagata_files::read(&path, Input::Description);
         let text = text.map_err(|e| fault(&path, e.to_string()))?;
         let mut record = RunRecord::parse(&text).map_err(|found| fault(&path, found))?;
         // A record must not stand beside files of another run.
@@ -75,7 +75,7 @@ impl Sequence {
 fn copy(from: &Path, to: &Path) -> Result<(), AccuracyError> {
     let fault =
         |e: std::io::Error| AccuracyError::Results { path: from.into(), found: e.to_string() };
-    let (mut file, _) = crate::files::open(from, Input::Mesh).map_err(fault)?;
+    let (mut file, _) = kanagata_files::open(from, Input::Mesh).map_err(fault)?;
     write_atomic(to, |w| std::io::copy(&mut file, w).map(drop))?;
     Ok(())
 }
@@ -83,7 +83,7 @@ fn copy(from: &Path, to: &Path) -> Result<(), AccuracyError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::record::{AccuracyRecord, QuantityRecord};
+    use kanagata_report::record::{AccuracyRecord, QuantityRecord};
 
     #[test]
     fn contact_is_judged_where_force_and_thickness_were_asked_for() {

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use super::error::AccuracyError;
 use super::field::Field;
-use crate::files::{Input, read_text};
-use crate::geometry::Vec2;
-use crate::report::record::{History, RunRecord};
-use crate::report::vtu_read;
-use crate::run::draw_in::{Border, borders};
-use crate::scene::Plan;
-use crate::scene::types::Drive;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_files::{Input, read_text};
+use kanagata_geometry::Vec2;
+use kanagata_report::record::{History, RunRecord};
+use kanagata_report::vtu_read;
+use kanagata_run::draw_in::{Border, borders};
+use kanagata_scene::Plan;
+use kanagata_scene::types::Drive;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// A tool with its force over process time, in the stages that prescribe its travel.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -58,7 +58,7 @@ impl Results {
         let history = History::parse(&text).map_err(|found| fault("history.csv", found))?;
         let last = "steps/last.vtu";
         let grid = vtu_read::read(&folder.join(last)).map_err(|e| fault(last, e.to_string()))?;
-        let setup = plan.simulation_setup(scene).map_err(crate::run::RunError::from)?;
+        let setup = plan.simulation_setup(scene).map_err(kanagata_run::RunError::from)?;
         let mesh = setup.body.mesh();
         let thickness = grid.point_data.iter().find(|a| a.name == "thickness_mm");
         let thickness = thickness.filter(|a| a.values.len() == mesh.nodes.len());
@@ -93,7 +93,7 @@ fn forces(plan: &Plan, history: &History) -> Vec<ForceCurve> {
 /// The longest border of a flat blank.
 fn border(
     mesh: &HexMesh,
-    positions: &[crate::geometry::Vec3],
+    positions: &[kanagata_geometry::Vec3],
     planes: &[(usize, f64)],
 ) -> BorderCurve {
     let longest: Border = borders(mesh, positions, planes).into_iter().next().unwrap_or_default();
@@ -107,8 +107,8 @@ fn border(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Vec3;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_geometry::Vec3;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     /// The value of the quantity is the farthest displacement of the border, and the draw-in where a side moves straight
     /// inwards: a strip of one element whose end moves by 9.15 mm.

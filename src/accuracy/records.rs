@@ -9,16 +9,16 @@ use super::model::Model;
 use super::options::{largest_increments, together};
 use super::quantities::Results;
 use super::runner::{Done, Runner, Sequence};
-use crate::files::{Input, read, read_text};
-use crate::report::record::{
+use kanagata_files::{Input, read, read_text};
+use kanagata_report::record::{
     AccuracyRecord, History, QuantityRecord, RunRecord, SequenceEnd, SequenceRunRecord, Verdict,
 };
-use crate::run::build::BUILD;
-use crate::run::{RunError, RunOptions, WriteReport, inputs_of, run};
-use crate::scene::Plan;
-use crate::scene::read::read_with;
-use crate::scene::set_value::SetValue;
-use crate::solver::SimulationError;
+use kanagata_run::build::BUILD;
+use kanagata_run::{RunError, RunOptions, WriteReport, inputs_of, run};
+use kanagata_scene::Plan;
+use kanagata_scene::read::read_with;
+use kanagata_scene::set_value::SetValue;
+use kanagata_solver::SimulationError;
 
 /// An error before the first run.
 pub(super) fn setup_error(cause: SimulationError) -> AccuracyError {

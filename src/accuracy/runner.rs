@@ -7,12 +7,12 @@ use super::model::Model;
 use super::options::{Choice, Parts};
 use super::pattern::Pattern;
 use super::quantities::Results;
-use crate::cancel::Cancel;
-use crate::report::record::{AccuracyRecord, RunRecord};
-use crate::run::Progress;
-use crate::scene::Plan;
-use crate::scene::accuracy::Accuracy;
-use crate::scene::set_value::SetValue;
+use kanagata_cancel::Cancel;
+use kanagata_report::record::{AccuracyRecord, RunRecord};
+use kanagata_run::Progress;
+use kanagata_scene::Plan;
+use kanagata_scene::accuracy::Accuracy;
+use kanagata_scene::set_value::SetValue;
 
 /// Limits and permissions of a sequence.
 #[derive(Debug, Clone, Default)]

@@ -11,14 +11,14 @@ use super::options::Parts;
 use super::records;
 use super::runner::{Limits, Observer, Runner, Sequence};
 use super::start::start;
-use crate::report::record::{FacePenetrationRecord, SequenceEnd};
-use crate::run::cost::estimate;
-use crate::run::resources::memory_limit_megabytes;
-use crate::scene::Plan;
-use crate::scene::accuracy::Accuracy;
-use crate::scene::preview::SheetCounts;
-use crate::scene::read::read_with;
-use crate::scene::set_value::SetValue;
+use kanagata_report::record::{FacePenetrationRecord, SequenceEnd};
+use kanagata_run::cost::estimate;
+use kanagata_run::resources::memory_limit_megabytes;
+use kanagata_scene::Plan;
+use kanagata_scene::accuracy::Accuracy;
+use kanagata_scene::preview::SheetCounts;
+use kanagata_scene::read::read_with;
+use kanagata_scene::set_value::SetValue;
 
 /// Most runs of a sequence.
 const RUNS_MAX: usize = 16;

@@ -1,11 +1,11 @@
 //! The first mesh of a sequence.
 
 use super::model::{Model, PlanMesh};
-use crate::run::advice::longest_element;
-use crate::scene::Plan;
-use crate::scene::types::BlankShape;
-use crate::solver::SimulationSetup;
-use crate::solver::sheet::refine::plan_elements;
+use kanagata_run::advice::longest_element;
+use kanagata_scene::Plan;
+use kanagata_scene::types::BlankShape;
+use kanagata_solver::SimulationSetup;
+use kanagata_solver::sheet::refine::plan_elements;
 
 /// Fewest elements along a direction of the blank, other than a strip's single one. Half as many leave four points on a side
 /// of the border; twice as many are four times the elements.

@@ -8,10 +8,10 @@ use std::time::SystemTime;
 use serde::Serialize;
 
 use super::publish::RUNS;
-use crate::files::{Input, read};
-use crate::report::record::{AccuracyRecord, RunRecord};
-use crate::run::lock;
-use crate::run::status::{State, Status, status};
+use kanagata_files::{Input, read};
+use kanagata_report::record::{AccuracyRecord, RunRecord};
+use kanagata_run::lock;
+use kanagata_run::status::{State, Status, status};
 
 /// A run of a sequence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -123,7 +123,7 @@ impl fmt::Display for SequenceStatus {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::record::{QuantityRecord, Verdict};
+    use kanagata_report::record::{QuantityRecord, Verdict};
 
     fn record(verdict: Verdict) -> RunRecord {
         RunRecord { name: "strip".into(), verdict, increments: 7, unknowns: 90, ..blank() }

@@ -1,6 +1,6 @@
 //! Area of a patch by adaptive Gauss quadrature, independent of the sample grid.
 
-use crate::tool::Patch;
+use kanagata_tool::Patch;
 
 /// Abscissae and weights of the six-point Gauss rule on [0, 1].
 const RULE: [[f64; 2]; 6] = [
@@ -69,7 +69,7 @@ fn gauss(patch: &Patch, [x, y]: [f64; 2], side: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Vec3;
+    use kanagata_geometry::Vec3;
 
     /// A flat bilinear patch.
     fn flat(points: [[f64; 2]; 4]) -> Patch {

@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::sample::inside;
-use crate::contact::{Location, ToolSurface};
-use crate::geometry::Vec3;
-use crate::tool::{Patch, ToolModel};
+use kanagata_contact::{Location, ToolSurface};
+use kanagata_geometry::Vec3;
+use kanagata_tool::{Patch, ToolModel};
 
 /// Options of a clearance audit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -261,8 +261,8 @@ impl Gauge<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tool::ToolKind;
-    use crate::tool::bezier::of_nagata;
+    use kanagata_tool::ToolKind;
+    use kanagata_tool::bezier::of_nagata;
 
     /// A square plate of side 10 at height z (x from `x0`), facing up or down, with its middle raised by `bulge`.
     fn plate(x0: f64, z: f64, up: bool, bulge: f64) -> ToolModel {

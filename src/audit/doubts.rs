@@ -1,7 +1,7 @@
 //! Doubts about a tool from its audit: exceeded tolerances, missing faces, unsuitability for contact.
 
 use super::report::AuditReport;
-use crate::report::doubt::{Doubt, DoubtCode, place_mm};
+use kanagata_report::doubt::{Doubt, DoubtCode, place_mm};
 
 /// Maximum number of patches or faces listed in a doubt.
 const LISTED_MAX: usize = 8;

@@ -6,11 +6,11 @@ use rayon::prelude::*;
 
 use super::reference::ReferenceSurface;
 use super::side::Side;
-use crate::geometry::Vec3;
-use crate::geometry::box_tree::BoxTree;
-use crate::geometry::golden::minimize;
-use crate::tool::ToolModel;
-use crate::tool::side::SideCurve;
+use kanagata_geometry::Vec3;
+use kanagata_geometry::box_tree::BoxTree;
+use kanagata_geometry::golden::minimize;
+use kanagata_tool::ToolModel;
+use kanagata_tool::side::SideCurve;
 
 /// Distance of a side from a CAD edge relative to its length below which it lies on the edge.
 const ON_EDGE_TOLERANCE_REL: f64 = 0.25;

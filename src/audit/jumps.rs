@@ -10,9 +10,9 @@ use super::reference::ReferenceSurface;
 use super::report::Jumps;
 use super::sample::angle_deg;
 use super::side::{Side, on_side};
-use crate::geometry::{Aabb, Vec3};
-use crate::tool::side::corners;
-use crate::tool::{Patch, ToolModel};
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_tool::side::corners;
+use kanagata_tool::{Patch, ToolModel};
 
 /// Compares the patches at each common edge at `n + 1` points. Also returns the sides at free borders of the tool: used
 /// by one patch, and the CAD does not continue beyond them.

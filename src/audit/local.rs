@@ -1,12 +1,12 @@
 //! The trimmed CAD as reference near a known point: the fast query of a search that evaluates many patches.
 
 use super::reference::{CadReference, ReferenceFoot, ReferenceSurface};
-use crate::geometry::{Vec2, Vec3};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// The trimmed CAD, where a foot point inside the patch's own face is not compared with other faces, and one beyond its
 /// border only with the adjacent face. Distances near a start have an error of up to 1e-3. The error differs from that of
 /// [`CadReference`] by more only where another face is closer, as beside a concave crease.
-pub(crate) struct LocalReference<'r, 'm>(pub(crate) &'r CadReference<'m>);
+pub struct LocalReference<'r, 'm>(pub &'r CadReference<'m>);
 
 impl ReferenceSurface for LocalReference<'_, '_> {
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot> {
@@ -35,8 +35,9 @@ mod tests {
     /// start finds what the whole model has, the local query its distance to 1e-3.
     #[test]
     fn a_query_from_a_start_finds_the_closest_point_of_the_whole_model() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming/cross_die_144.igs");
-        let (model, _) = crate::cad::read(&path).unwrap();
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+            .join("fixtures/forming/cross_die_144.igs");
+        let (model, _) = kanagata_cad::read(&path).unwrap();
         let reference = CadReference::new(&model);
         let (mut compared, mut inside) = (0, 0);
         for (f, face) in model.faces.iter().enumerate() {
@@ -78,8 +79,10 @@ mod tests {
             "sphere_186.igs",
             "torus_144.igs",
         ] {
-            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming").join(file);
-            let (model, _) = crate::cad::read(&path).unwrap();
+            let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+                .join("fixtures/forming")
+                .join(file);
+            let (model, _) = kanagata_cad::read(&path).unwrap();
             let reference = CadReference::new(&model);
             let fractions = [0.0005, 0.004, 0.01, 0.1, 0.3, 0.7, 0.95, 0.99, 0.996, 0.9995];
             let mut compared = 0;
@@ -122,9 +125,9 @@ mod tests {
 
     #[test]
     fn a_point_beyond_the_border_of_its_face_has_no_foot_point_inside() {
-        let path =
-            Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming/cross_holder_144.igs");
-        let (model, _) = crate::cad::read(&path).unwrap();
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+            .join("fixtures/forming/cross_holder_144.igs");
+        let (model, _) = kanagata_cad::read(&path).unwrap();
         let reference = CadReference::new(&model);
         let size = model.bbox();
         let beyond = size.max + Vec3::new(5.0, 0.0, 0.0);

@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 
 use super::Audit;
 use super::view::cut;
-use crate::geometry::Vec3;
-use crate::report::foreign::escaped;
-use crate::tool::ToolModel;
+use kanagata_geometry::Vec3;
+use kanagata_report::foreign::escaped;
+use kanagata_tool::ToolModel;
 
 /// Pixels of the longer side.
 const PIXELS_MAX: usize = 300;
@@ -186,8 +186,8 @@ fn put_scale(out: &mut String, x: usize, rows: usize, max_error: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::audit::{AuditOptions, ReferenceSurface, audit, reference::ReferenceFoot};
-    use crate::tool::{Patch, ToolKind};
+    use crate::{AuditOptions, ReferenceSurface, audit, reference::ReferenceFoot};
+    use kanagata_tool::{Patch, ToolKind};
 
     /// The plane z = 0.
     struct Plane;

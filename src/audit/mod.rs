@@ -2,8 +2,8 @@
 //! refined around the worst ones, and the discontinuities between adjacent patches.
 //!
 //! ```
-//! use kanagata::audit::reference::{ReferenceFoot, ReferenceSurface};
-//! use kanagata::geometry::Vec3;
+//! use kanagata_audit::reference::{ReferenceFoot, ReferenceSurface};
+//! use kanagata_geometry::Vec3;
 //!
 //! /// The plane z = 0.
 //! struct Plane;
@@ -23,7 +23,7 @@ pub mod clearance;
 mod doubts;
 mod gaps;
 mod jumps;
-pub(crate) mod local;
+pub mod local;
 pub mod map;
 mod near;
 mod options;
@@ -39,10 +39,10 @@ pub mod view;
 
 use rayon::prelude::*;
 
-use crate::geometry::Vec2;
-use crate::tool::ToolModel;
 pub use doubts::{doubts, doubts_advising};
 pub use gaps::OpenSide;
+use kanagata_geometry::Vec2;
+use kanagata_tool::ToolModel;
 pub use options::AuditOptions;
 pub use reference::{CadReference, ReferenceSurface};
 pub use report::AuditReport;
@@ -93,7 +93,7 @@ pub fn audit(
 }
 
 /// As [`audit()`]; `starts` are parameters of the CAD near the middle of each patch, if they are known.
-pub(crate) fn audit_from(
+pub fn audit_from(
     tool: &ToolModel,
     reference: &impl ReferenceSurface,
     options: &AuditOptions,
@@ -165,7 +165,7 @@ fn orientation(
     reference: &impl ReferenceSurface,
     starts: &[Option<Vec2>],
 ) -> (f64, Vec<Option<Vec2>>) {
-    let agreement = |((patch, &face), &start): ((&crate::tool::Patch, &u32), &Option<Vec2>)| {
+    let agreement = |((patch, &face), &start): ((&kanagata_tool::Patch, &u32), &Option<Vec2>)| {
         let (eta, zeta) = sample::middle(patch);
         let d = patch.derivs(eta, zeta);
         let found = reference.closest_from(&d.s, face, start);
@@ -180,3 +180,8 @@ fn orientation(
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+#[allow(dead_code)] // Some of these shapes are for the tests of other modules.
+#[path = "../cad/query_tests/shapes.rs"]
+mod shapes;

@@ -1,10 +1,10 @@
 //! Foot points on the trimmed CAD near known parameters, for the estimates of the tolerance search.
 
 use super::reference::{CadReference, ReferenceFoot, is_regular};
-use crate::cad::model::Face;
-use crate::geometry::frame::unit;
-use crate::geometry::nurbs::NearFoot;
-use crate::geometry::{Vec2, Vec3};
+use kanagata_cad::model::Face;
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::nurbs::NearFoot;
+use kanagata_geometry::{Vec2, Vec3};
 
 impl CadReference<'_> {
     /// Foot point of `p` near the parameters `start` of its own face, without a search of the model: on that face, on its

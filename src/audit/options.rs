@@ -1,6 +1,6 @@
 //! Options of an audit.
 
-use crate::progress::Progress;
+use kanagata_progress::Progress;
 
 /// Options of an audit.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,11 +4,11 @@ use super::Audit;
 use super::report::{AuditReport, WorstPatch};
 use super::sample::PatchSamples;
 use super::view::cut;
-use crate::report::doubt::place_mm;
-use crate::report::page::{Outcome, Page};
-use crate::report::plot::{Axis, Plot, Series, Style};
-use crate::report::viewer::{Field, Surface, View, fans};
-use crate::tool::ToolModel;
+use kanagata_report::doubt::place_mm;
+use kanagata_report::page::{Outcome, Page};
+use kanagata_report::plot::{Axis, Plot, Series, Style};
+use kanagata_report::viewer::{Field, Surface, View, fans};
+use kanagata_tool::ToolModel;
 
 /// The page of an audit: verdict and answers, the error in 3-D, by face and by patch, set-up, and folded at the end what
 /// the comparison consists of.

@@ -4,15 +4,15 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use crate::cad::Model;
-use crate::cad::closest::ClosestPoint;
-use crate::cad::model::{Edge, Face, Foot, FootLocation};
-use crate::cad::raw::LostFace;
-use crate::geometry::box_tree::BoxTree;
-use crate::geometry::frame::unit;
-use crate::geometry::nurbs::{Curve3, SurfaceDerivs};
-use crate::geometry::{Aabb, Vec2, Vec3};
-use crate::tool::{Patch, ToolModel};
+use kanagata_cad::Model;
+use kanagata_cad::closest::ClosestPoint;
+use kanagata_cad::model::{Edge, Face, Foot, FootLocation};
+use kanagata_cad::raw::LostFace;
+use kanagata_geometry::box_tree::BoxTree;
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::nurbs::{Curve3, SurfaceDerivs};
+use kanagata_geometry::{Aabb, Vec2, Vec3};
+use kanagata_tool::{Patch, ToolModel};
 
 /// Maximum number of faces near a border point tested for containing it. Where more bounding boxes overlap, a border
 /// may be classified as free that is not. The deviation reported is then too large; the work is bounded.
@@ -162,7 +162,7 @@ fn free_borders(model: &Model) -> [Vec<bool>; 2] {
 
 impl CadReference<'_> {
     /// Number of faces of the model.
-    pub(crate) fn face_count(&self) -> usize {
+    pub fn face_count(&self) -> usize {
         self.faces
     }
 

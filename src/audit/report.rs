@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::cad::raw::LostFace;
-use crate::report::doubt::Doubt;
+use kanagata_cad::raw::LostFace;
+use kanagata_report::doubt::Doubt;
 
 /// What the audit of a tool model found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

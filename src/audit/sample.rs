@@ -1,9 +1,9 @@
 //! Sample points of a patch and their errors by Eq. 24.
 
 use super::reference::ReferenceSurface;
-use crate::geometry::frame::unit;
-use crate::geometry::{Vec2, Vec3};
-use crate::tool::{Patch, PatchDerivs};
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_tool::{Patch, PatchDerivs};
 
 /// A point of a patch compared with the reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,7 +104,7 @@ pub(super) fn patch_normal(d: &PatchDerivs) -> Option<Vec3> {
 }
 
 /// Parameters of an interior point of a patch.
-pub(crate) fn middle(patch: &Patch) -> (f64, f64) {
+pub fn middle(patch: &Patch) -> (f64, f64) {
     if patch.sides() == 3 { (2.0 / 3.0, 1.0 / 3.0) } else { (0.5, 0.5) }
 }
 

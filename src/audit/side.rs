@@ -1,9 +1,9 @@
 //! Sides of patches at edges, and points along them.
 
 use super::sample::patch_normal;
-use crate::geometry::Vec3;
-use crate::tool::Patch;
-use crate::tool::side::corners;
+use kanagata_geometry::Vec3;
+use kanagata_tool::Patch;
+use kanagata_tool::side::corners;
 
 /// A side of a patch at an edge.
 #[derive(Debug, Clone, Copy)]

@@ -10,7 +10,7 @@ use super::options::AuditOptions;
 use super::refine::Extremes;
 use super::report::{AuditReport, FaceAudit, Jumps, PatchAudit, Percentiles, WorstPatch};
 use super::sample::{PatchSamples, Sample};
-use crate::tool::{Patch, ToolModel};
+use kanagata_tool::{Patch, ToolModel};
 
 /// Results at the points of a tool model.
 pub(super) struct Found<'a> {

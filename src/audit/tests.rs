@@ -1,13 +1,13 @@
 use super::reference::ReferenceFoot;
 use super::*;
-use crate::cad::Model;
-use crate::cad::query_tests::shapes::whole;
-use crate::geometry::nurbs::{Curve3, Surface};
-use crate::geometry::{Frame, Vec3};
-use crate::tool::build::build;
-use crate::tool::edge::EdgeRule;
-use crate::tool::model::PatchCorners;
-use crate::tool::{Patch, ToolKind};
+use crate::shapes::whole;
+use kanagata_cad::Model;
+use kanagata_geometry::nurbs::{Curve3, Surface};
+use kanagata_geometry::{Frame, Vec3};
+use kanagata_tool::build::build;
+use kanagata_tool::edge::EdgeRule;
+use kanagata_tool::model::PatchCorners;
+use kanagata_tool::{Patch, ToolKind};
 
 /// A cylinder of radius r about the y axis.
 struct Cylinder(f64);
@@ -205,7 +205,7 @@ fn picture_and_page_hold_the_figures() {
     let html = page::page(&tool, &found).html();
     assert!(html.contains("0.0219") && html.contains("Worst patches"));
     // The verdict, the answers, the view and at last what was compared.
-    let place = crate::report::doubt::place_mm(&found.report.worst[0].point);
+    let place = kanagata_report::doubt::place_mm(&found.report.worst[0].point);
     let verdict = format!(
         "<p class=\"outcome good\">The tool was compared without a tolerance, and there is no doubt. The shape error is {:+.4} mm at {place}, patch",
         found.report.max_mm
@@ -240,7 +240,7 @@ fn triangles_share_their_area_out() {
 
 #[test]
 fn the_schema_is_that_of_the_type() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/schemas/audit.schema.json");
+    let path = concat!(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."), "/schemas/audit.schema.json");
     let schema = schemars::schema_for!(AuditReport);
     let text = serde_json::to_string_pretty(&schema).unwrap() + "\n";
     if std::env::var_os("KANAGATA_WRITE_SCHEMAS").is_some() {

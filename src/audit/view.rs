@@ -1,9 +1,9 @@
 //! Audit picture: patches divided into cells and coloured by shape error.
 
 use super::sample::PatchSamples;
-use crate::geometry::Vec3;
-use crate::report::{CellKind, DataArray, Vtu};
-use crate::tool::ToolModel;
+use kanagata_geometry::Vec3;
+use kanagata_report::{CellKind, DataArray, Vtu};
+use kanagata_tool::ToolModel;
 
 /// Grid points of all patches and the cells between them; points without comparison are NaN.
 pub(super) struct Cut {

@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use super::raw::RawSurface;
-use crate::geometry::nurbs::Surface;
-use crate::geometry::{Vec2, Vec3};
+use kanagata_geometry::nurbs::Surface;
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Distance from an axis or centre, relative to the radius, below which a point lies on it and its azimuth is
 /// undefined.
@@ -151,8 +151,8 @@ impl Analytic {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cad::native::Native;
-    use crate::geometry::Frame;
+    use crate::native::Native;
+    use kanagata_geometry::Frame;
 
     fn frame() -> Frame {
         Frame::from_z_x(Vec3::new(1.0, -2.0, 0.5), Vec3::new(0.3, 0.4, 1.0), Vec3::x()).unwrap()

@@ -4,8 +4,8 @@ use std::cell::Cell;
 
 use super::model::{Face, Model};
 use super::trim_region::TrimRegion;
-use crate::geometry::nurbs::{Curve2, FirstDerivs, Surface};
-use crate::geometry::{Aabb, Vec2, Vec3};
+use kanagata_geometry::nurbs::{Curve2, FirstDerivs, Surface};
+use kanagata_geometry::{Aabb, Vec2, Vec3};
 
 /// Nodes and weights of the 15-point Kronrod rule on [-1, 1] (positive half, centre last) and the weights of the
 /// embedded 7-point Gauss rule.

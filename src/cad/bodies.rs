@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 
 use super::attributes::{Body, BodyKind, Name};
 use super::model::Model;
-use crate::geometry::sets::DisjointSets;
+use kanagata_geometry::sets::DisjointSets;
 
 /// Number of the connected part of each face. Faces are connected across edges of two uses whose bodies `join`.
 fn connected_parts(model: &Model, join: impl Fn(usize, usize) -> bool) -> Vec<usize> {

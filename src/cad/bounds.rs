@@ -2,8 +2,8 @@
 
 use super::model::{Face, Model};
 use super::trim_region::TrimRegion;
-use crate::geometry::nurbs::Curve2;
-use crate::geometry::{Aabb, Vec2, Vec3};
+use kanagata_geometry::nurbs::Curve2;
+use kanagata_geometry::{Aabb, Vec2, Vec3};
 
 impl Face {
     /// Tight bounding box of the trimmed face: its boundary curves, and interior points with a stationary coordinate.

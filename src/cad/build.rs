@@ -21,8 +21,8 @@ use super::raw::{LostFace, RawFace, RawLoop, RawModel, RawSurface};
 use super::sheets::{self, Sheet};
 use super::topology::{Piece, join};
 use super::{Diagnostic, Severity};
-use crate::geometry::nurbs::{Curve2, Surface};
-use crate::geometry::{Aabb, Vec3};
+use kanagata_geometry::nurbs::{Curve2, Surface};
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Tolerance for joining edges relative to the diagonal of the model, for files without a resolution. Doubled: gaps of
 /// twice the width are closed.

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 
 use super::native::Native;
 use super::raw::RawSurface;
-use crate::geometry::nurbs::{SurfaceDerivs, newton_step};
-use crate::geometry::{Vec2, Vec3};
+use kanagata_geometry::nurbs::{SurfaceDerivs, newton_step};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Maximum number of cached sample points per surface.
 const SAMPLES_MAX: usize = 40_000;

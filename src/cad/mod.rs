@@ -3,6 +3,9 @@
 //! `iges` and `step` convert the text to a [`raw::RawModel`]: native surfaces, curves as in the file. `build` converts
 //! that to the [`Model`]: exact NURBS, loops in the parameter plane, joined edges.
 
+#[cfg(test)]
+extern crate self as kanagata_cad;
+
 mod analytic;
 mod area;
 pub mod attributes;
@@ -25,6 +28,7 @@ mod numbers;
 pub mod offset;
 mod orient;
 #[cfg(test)]
+#[allow(dead_code)] // Some of these shapes are for the tests of other modules.
 pub(crate) mod query_tests;
 mod range;
 pub mod raw;
@@ -37,7 +41,7 @@ pub mod usable;
 
 use std::path::Path;
 
-use crate::files::FileKind;
+use kanagata_files::FileKind;
 
 pub use build::Creases;
 pub use diagnostic::{Diagnostic, Severity};
@@ -58,7 +62,7 @@ pub fn read(path: &Path) -> Result<(Model, Vec<Diagnostic>), CadError> {
 /// # Errors
 /// [`CadError`] as for [`read`].
 pub fn read_with(path: &Path, creases: Creases) -> Result<(Model, Vec<Diagnostic>), CadError> {
-    let bytes = crate::files::read(path, crate::files::Input::Cad)
+    let bytes = kanagata_files::read(path, kanagata_files::Input::Cad)
         .map_err(|source| CadError::Io { path: path.to_path_buf(), source })?;
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let raw = read_raw(&bytes, &name)?;
@@ -69,8 +73,8 @@ pub fn read_with(path: &Path, creases: Creases) -> Result<(Model, Vec<Diagnostic
 ///
 /// # Errors
 /// [`CadError`] as for [`read`].
-pub fn read_curves(path: &Path) -> Result<Vec<crate::geometry::nurbs::Curve3>, CadError> {
-    let bytes = crate::files::read(path, crate::files::Input::Cad)
+pub fn read_curves(path: &Path) -> Result<Vec<kanagata_geometry::nurbs::Curve3>, CadError> {
+    let bytes = kanagata_files::read(path, kanagata_files::Input::Cad)
         .map_err(|source| CadError::Io { path: path.to_path_buf(), source })?;
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     if FileKind::of(&bytes) == Some(FileKind::Step) {

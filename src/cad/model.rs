@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::attributes::{Attributes, Body};
-use crate::geometry::nurbs::{Curve2, Curve3, Surface, SurfaceDerivs};
-use crate::geometry::{Vec2, Vec3};
+use kanagata_geometry::nurbs::{Curve2, Curve3, Surface, SurfaceDerivs};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// A CAD model: faces in mm, oriented outwards, with the topology from joining their edges.
 #[derive(Debug, Clone, Default)]

@@ -7,8 +7,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::model::SurfaceKind;
 use super::raw::RawSurface;
-use crate::geometry::nurbs::{Curve2, Curve3, Surface, SurfaceDerivs};
-use crate::geometry::{Frame, Vec2, Vec3};
+use kanagata_geometry::nurbs::{Curve2, Curve3, Surface, SurfaceDerivs};
+use kanagata_geometry::{Frame, Vec2, Vec3};
 
 /// Distance between opposite boundaries relative to the size of the surface below which they form a seam.
 const SEAM_TOLERANCE_REL: f64 = 1e-7;
@@ -355,7 +355,7 @@ fn periods_of(raw: &RawSurface, whole: Option<&Surface>) -> [Option<f64>; 2] {
 
 /// Directions in which a surface is closed in space.
 fn closed_directions(s: &Surface) -> [bool; 2] {
-    let size = crate::geometry::Aabb::of_points(s.points()).diagonal();
+    let size = kanagata_geometry::Aabb::of_points(s.points()).diagonal();
     let [u, v] = s.domain();
     // The boundaries are splines with a limited number of spans, so that as many samples distinguish them.
     let closed = |k: usize| {
@@ -381,7 +381,7 @@ fn closed_directions(s: &Surface) -> [bool; 2] {
 /// Sides of a surface that degenerate to a point in space.
 fn collapsed_sides(s: &Surface) -> Vec<(usize, f64)> {
     let [u, v] = s.domain();
-    let size = crate::geometry::Aabb::of_points(s.points()).diagonal();
+    let size = kanagata_geometry::Aabb::of_points(s.points()).diagonal();
     let collapsed = |at: &dyn Fn(f64) -> Vec2| {
         let first = s.point(at(0.0));
         (1..=8).all(|k| (s.point(at(f64::from(k) / 8.0)) - first).norm() <= 1e-9 * size)

@@ -4,13 +4,13 @@ use std::cell::LazyCell;
 
 use super::native::Native;
 use super::raw::{RawEdge, RawFace, RawSurface};
-use crate::geometry::numbers::{
+use kanagata_geometry::numbers::{
     coordinate_fault, curve_fault, parameter_curve_fault, parameter_fault, point_fault,
     surface_fault,
 };
-use crate::geometry::{Aabb, Frame, Vec2, Vec3};
+use kanagata_geometry::{Aabb, Frame, Vec2, Vec3};
 
-/// First inadmissible number of a face with the admissible range; bounds of [`numbers`](crate::geometry::numbers).
+/// First inadmissible number of a face with the admissible range; bounds of [`numbers`](kanagata_geometry::numbers).
 fn fault_of(face: &RawFace) -> Option<String> {
     let edges = face.loops.iter().flat_map(|l| &l.edges);
     let vertices = || face.loops.iter().filter_map(|l| l.vertex.as_ref());
@@ -101,9 +101,9 @@ fn direction(of: &Vec3) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cad::build::build;
-    use crate::cad::raw::{RawLoop, RawModel};
-    use crate::geometry::nurbs::Curve3;
+    use crate::build::build;
+    use crate::raw::{RawLoop, RawModel};
+    use kanagata_geometry::nurbs::Curve3;
 
     /// A square on the plane z = 0 with one corner at (x, 0, 0).
     fn square(x: f64) -> RawFace {

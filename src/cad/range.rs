@@ -3,8 +3,8 @@
 use super::loops::Side;
 use super::native::Native;
 use super::raw::RawSurface;
-use crate::geometry::Vec2;
-use crate::geometry::nurbs::{Curve2, Surface};
+use kanagata_geometry::Vec2;
+use kanagata_geometry::nurbs::{Curve2, Surface};
 
 /// Maximum number of turns of a cylinder or cone covered by the loops of a face; each costs memory for any file size.
 const TURNS_MAX: f64 = 100.0;

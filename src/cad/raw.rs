@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::Diagnostic;
 use super::attributes::{Attributes, Body};
-use crate::geometry::nurbs::{Curve2, Curve3, Surface};
-use crate::geometry::{Frame, Vec3};
+use kanagata_geometry::nurbs::{Curve2, Curve3, Surface};
+use kanagata_geometry::{Frame, Vec3};
 
 /// Result of reading a file.
 #[derive(Debug, Clone, Default)]

@@ -1,7 +1,7 @@
 //! Point-in-region test for the trimming loops of a face in the parameter plane.
 
 use super::model::Face;
-use crate::geometry::Vec2;
+use kanagata_geometry::Vec2;
 
 /// A Bezier segment of a loop: homogeneous control points, and the bounding box of the Cartesian ones.
 #[derive(Debug, Clone)]

@@ -77,8 +77,8 @@ fn warn(model: &Model, bad: &BTreeMap<usize, String>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cad::query_tests::shapes::{holed_square, joined};
     use crate::cli::remedy::remedy;
+    use crate::shapes::{holed_square, joined};
 
     /// Fails at the faces with these sources, like a mesher.
     fn failing(model: &Model, sources: &[&str]) -> Result<Vec<String>, Failure> {

@@ -1,8 +1,8 @@
 //! Local geometry at a foot point: unit normal, side or corner, curvature.
 
 use super::projection::Location;
-use crate::geometry::{Mat3, Vec2, Vec3};
-use crate::tool::PatchDerivs;
+use kanagata_geometry::{Mat3, Vec2, Vec3};
+use kanagata_tool::PatchDerivs;
 
 #[inline(always)]
 pub(super) fn unit_normal(d: &PatchDerivs) -> Option<Vec3> {

@@ -4,9 +4,9 @@
 //! Centred monomials avoid cancellation far from the origin, vanish at the centre except for the first, and are bounded
 //! by `|u|, |v| <= 1`.
 
-use crate::geometry::{Vec2, Vec3};
-use crate::tool::Patch;
-use crate::tool::bezier::monomial;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_tool::Patch;
+use kanagata_tool::bezier::monomial;
 
 /// Shape of the domain of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -13,7 +13,7 @@
 //! is parallel to `r_t` and thus to `-s`. This is the law without regularisation. With regularisation (default) the
 //! force increases over a short slip and equals Coulomb's from there on ([`Coulomb::weight`]).
 
-use crate::geometry::{Mat3, Vec3};
+use kanagata_geometry::{Mat3, Vec3};
 
 /// Coulomb's law with one coefficient.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +60,12 @@ pub struct Slip {
 }
 
 impl Coulomb {
+    /// Law in terms of the part of the normal force in the free directions, which is the fraction `normal_fraction`.
+    #[must_use]
+    pub fn with_normal_fraction(self, normal_fraction: f64) -> Self {
+        Self { mu: self.mu / normal_fraction, ..self }
+    }
+
     /// The law at a slipping point; `None` where it sticks, `s = 0`.
     ///
     /// Derivatives are exact while `0 <= lambda` and `mu lambda <= |tau|`. For a negative normal force (an intermediate

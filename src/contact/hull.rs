@@ -11,8 +11,8 @@
 
 use super::form::{LocalDerivs, Shape};
 use super::piece::Piece;
-use crate::geometry::{Vec2, Vec3};
-use crate::tool::bezier::along_both;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_tool::bezier::along_both;
 
 /// Factor on the corners of the domain. Doubled: hulls of strongly curved pieces are still contained, with looser
 /// bounds.

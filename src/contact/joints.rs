@@ -6,10 +6,10 @@
 //! the tool, and its normal may be that of the wrong side of a crease. [`super::facing`] selects the foot point
 //! instead.
 
-use crate::geometry::box_tree::BoxTree;
-use crate::geometry::{Aabb, Vec3};
-use crate::tool::ToolModel;
-use crate::tool::side::{SideCurve, corners};
+use kanagata_geometry::box_tree::BoxTree;
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_tool::ToolModel;
+use kanagata_tool::side::{SideCurve, corners};
 
 /// Relative positions on a side at which sides of other faces must be adjacent.
 const SAMPLE_POSITIONS: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
@@ -85,12 +85,12 @@ impl Ends {
 
 #[cfg(test)]
 mod tests {
-    use crate::contact::{Location, Outcome, ToolSurface};
-    use crate::geometry::Vec3;
-    use crate::tool::build::build;
-    use crate::tool::edge::EdgeRule;
-    use crate::tool::model::PatchCorners;
-    use crate::tool::{ToolKind, ToolModel};
+    use crate::{Location, Outcome, ToolSurface};
+    use kanagata_geometry::Vec3;
+    use kanagata_tool::build::build;
+    use kanagata_tool::edge::EdgeRule;
+    use kanagata_tool::model::PatchCorners;
+    use kanagata_tool::{ToolKind, ToolModel};
 
     /// Height of a step, or distance between two faces [mm].
     const STEP: f64 = 0.01;

@@ -3,7 +3,7 @@
 use super::paper::PaperSearch;
 use super::projection::ContactSearch;
 use super::surface::ToolSurface;
-use crate::tool::ToolModel;
+use kanagata_tool::ToolModel;
 
 /// Which search.
 #[derive(

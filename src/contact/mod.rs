@@ -30,6 +30,7 @@ mod query;
 mod search;
 mod surface;
 #[cfg(test)]
+#[allow(dead_code)] // Some of these shapes are for the tests of other modules.
 pub(crate) mod test_tools;
 mod topology;
 mod tree;

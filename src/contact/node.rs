@@ -1,6 +1,6 @@
 //! Node of the search tree: bounding boxes of eight children in single precision, rounded outwards.
 
-use crate::geometry::Aabb;
+use kanagata_geometry::Aabb;
 
 /// Number of children of a node.
 pub(super) const WIDE: usize = 8;

@@ -3,8 +3,8 @@
 //! [`super::ToolSurface`]. Every distance it returns is that of a point of the tool, so that a search with a larger
 //! result has missed a point.
 
-use crate::geometry::{Vec2, Vec3};
-use crate::tool::{Patch, ToolModel};
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_tool::{Patch, ToolModel};
 
 /// Number of sample intervals along each direction of a patch.
 const DIVISIONS: usize = 8;

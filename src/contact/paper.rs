@@ -7,8 +7,8 @@
 use super::foot::{locate, weingarten};
 use super::projection::{ContactSearch, Outcome, Projection};
 use super::topology::corner_ids;
-use crate::geometry::{Vec2, Vec3};
-use crate::tool::{Patch, ToolModel};
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_tool::{Patch, ToolModel};
 
 const CANDIDATE_PATCHES: usize = 10;
 
@@ -196,7 +196,7 @@ pub fn newton(patch: &Patch, p: &Vec3, start: Vec2) -> Option<NewtonFoot> {
         let n1 = (d.d1 * (f * m - g * l) + d.d2 * (f * l - e * m)) / det;
         let n2 = (d.d1 * (f * r - g * m) + d.d2 * (f * m - e * r)) / det;
         let jacobian =
-            crate::geometry::Mat3::from_columns(&[d.d1 + n1 * distance, d.d2 + n2 * distance, n]);
+            kanagata_geometry::Mat3::from_columns(&[d.d1 + n1 * distance, d.d2 + n2 * distance, n]);
         let step = jacobian.try_inverse()? * residual;
         at -= Vec2::new(step.x, step.y);
         distance -= step.z;
@@ -213,8 +213,8 @@ pub fn newton(patch: &Patch, p: &Vec3, start: Vec2) -> Option<NewtonFoot> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::test_tools::{arc, revolved};
-    use crate::contact::{SearchKind, ToolSurface};
+    use crate::test_tools::{arc, revolved};
+    use crate::{SearchKind, ToolSurface};
 
     fn ball() -> ToolModel {
         let half = std::f64::consts::FRAC_PI_2;

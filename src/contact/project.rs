@@ -14,7 +14,7 @@
 use super::form::{Form, Shape, padded};
 use super::piece::floor_about;
 use super::wide::Wide;
-use crate::geometry::{Vec2, Vec3};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// A minimum of `F` over a domain.
 #[derive(Debug, Clone, Copy)]

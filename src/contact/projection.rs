@@ -1,6 +1,6 @@
 //! Closest point of a tool, its certainty, and the interface of the searches.
 
-use crate::geometry::{Mat3, Vec3};
+use kanagata_geometry::{Mat3, Vec3};
 
 /// Location of a foot point on its patch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub enum Location {
 pub enum Outcome {
     /// No point of the tool is closer, proved by bounds: to rounding, and to 1e-12 of the tool's size (2e-10 mm at
     /// most) where the distance is not convex. At a border between independently divided faces another foot point may
-    /// be returned, farther by at most the gap there ([`crate::tool::ToolModel::border_gap_mm`]).
+    /// be returned, farther by at most the gap there ([`kanagata_tool::ToolModel::border_gap_mm`]).
     Certified,
     /// The best point found within the work limit; not verified.
     WorkSpent,

@@ -9,7 +9,7 @@ use super::projection::{ContactSearch, Location, Outcome, Projection};
 use super::search::{Best, Search};
 use super::surface::ToolSurface;
 use super::wide::{Plain, Wide};
-use crate::geometry::{Vec2, Vec3};
+use kanagata_geometry::{Vec2, Vec3};
 
 impl ToolSurface {
     /// Globally closest point to `p` (tool frame); `hint` is the patch of the last result for this point.

@@ -13,7 +13,7 @@ use super::projection::{Location, Outcome};
 use super::surface::ToolSurface;
 use super::tree::{Probe, Walk};
 use super::wide::Wide;
-use crate::geometry::{Vec2, Vec3};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Maximum number of parts per query; an ordinary query needs none. Doubled: twice the longest query.
 const PARTS_MAX: u32 = 20_000;

@@ -1,8 +1,8 @@
 //! Tool models for tests, from exact points and normals (Eq. 7-12).
 
-use crate::geometry::Vec3;
-use crate::tool::model::PatchCorners;
-use crate::tool::{Patch, ToolKind, ToolModel};
+use kanagata_geometry::Vec3;
+use kanagata_tool::model::PatchCorners;
+use kanagata_tool::{Patch, ToolKind, ToolModel};
 
 /// A point of a surface and its normal.
 pub(crate) type Oriented = (Vec3, Vec3);

@@ -7,9 +7,9 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::joints;
 use super::projection::Location;
-use crate::geometry::{Aabb, Vec3};
-use crate::tool::side::sides_used_once;
-use crate::tool::{Patch, ToolModel};
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_tool::side::sides_used_once;
+use kanagata_tool::{Patch, ToolModel};
 
 /// Sides and corners of every patch, one bit each; empty without any.
 #[derive(Debug, Clone, Default)]

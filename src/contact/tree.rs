@@ -3,7 +3,7 @@
 
 use super::node::{Node, PIECE, WIDE};
 use super::wide::Wide;
-use crate::geometry::{Aabb, Vec3};
+use kanagata_geometry::{Aabb, Vec3};
 
 /// The tree.
 #[derive(Debug, Clone)]

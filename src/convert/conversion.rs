@@ -9,12 +9,12 @@ use super::normals::NormalTable;
 use super::options::{ConvertOptions, ConvertReport};
 use super::searches::{SearchLimits, Searches};
 use super::{edges, normals};
-use crate::cad::Model;
-use crate::geometry::Vec3;
-use crate::mesh::SurfaceMesh;
-use crate::tool::build::{EdgeChoice, StraightEdge, build, edge_ends};
-use crate::tool::model::PatchCorners;
-use crate::tool::{GivenCurve, Patch, ToolKind, ToolModel};
+use kanagata_cad::Model;
+use kanagata_geometry::Vec3;
+use kanagata_mesh::SurfaceMesh;
+use kanagata_tool::build::{EdgeChoice, StraightEdge, build, edge_ends};
+use kanagata_tool::model::PatchCorners;
+use kanagata_tool::{GivenCurve, Patch, ToolKind, ToolModel};
 
 /// Lists the faces of `model` without an element.
 fn faces_without_elements(model: &Model, mesh: &SurfaceMesh) -> Vec<usize> {
@@ -185,7 +185,8 @@ fn edge_choice<'f>(
 }
 
 /// True when the vector area of the mesh points away from `sheet_side`; false without a side.
-pub(super) fn faces_away(mesh: &SurfaceMesh, sheet_side: Option<Vec3>) -> bool {
+#[must_use]
+pub fn faces_away(mesh: &SurfaceMesh, sheet_side: Option<Vec3>) -> bool {
     let Some(side) = sheet_side else { return false };
     let (mut area, mut whole) = (Vec3::zeros(), 0.0);
     for e in &mesh.elements {

@@ -12,14 +12,14 @@ use rustc_hash::FxHashMap;
 
 use super::normals::Feet;
 use super::searches::Searches;
-use crate::cad::Model;
-use crate::geometry::nurbs::Surface;
-use crate::geometry::{Aabb, Vec2, Vec3};
-use crate::mesh::SurfaceMesh;
-use crate::tool::build::{StraightEdge, edge_ends};
-use crate::tool::edge::{EdgeFault, EdgeRule, edge_curve, nearest_coefficient};
-use crate::tool::model::PatchCorners;
-use crate::tool::{GivenCurve, ToolModel};
+use kanagata_cad::Model;
+use kanagata_geometry::nurbs::Surface;
+use kanagata_geometry::{Aabb, Vec2, Vec3};
+use kanagata_mesh::SurfaceMesh;
+use kanagata_tool::build::{StraightEdge, edge_ends};
+use kanagata_tool::edge::{EdgeFault, EdgeRule, edge_curve, nearest_coefficient};
+use kanagata_tool::model::PatchCorners;
+use kanagata_tool::{GivenCurve, ToolModel};
 
 /// Edges that follow the CAD.
 #[derive(Default)]

@@ -1,6 +1,6 @@
 //! Errors of a conversion.
 
-use crate::tool::build::ToolError;
+use kanagata_tool::build::ToolError;
 
 /// Reason why no tool model can be made.
 #[non_exhaustive]

@@ -13,7 +13,6 @@ mod options;
 pub mod origin;
 pub mod own;
 pub mod part;
-pub mod reach;
 mod repair;
 mod searches;
 pub mod select;
@@ -23,10 +22,11 @@ pub mod unfolded;
 pub use self::error::ConvertError;
 pub use self::options::{ConvertOptions, ConvertReport};
 
+pub use self::conversion::faces_away;
 use self::conversion::{Conversion, Source};
-use crate::cad::Model;
-use crate::mesh::SurfaceMesh;
-use crate::tool::{ToolKind, ToolModel};
+use kanagata_cad::Model;
+use kanagata_mesh::SurfaceMesh;
+use kanagata_tool::{ToolKind, ToolModel};
 
 /// Converts a mesh of `model` to a tool model. Folded patches are repaired without moving a vertex: prescribed edge
 /// curves are replaced by those of Eq. 8, and quadrilaterals are split into two triangles.
@@ -54,3 +54,8 @@ pub fn renumber(tool: &mut ToolModel, numbers: &[usize]) {
     tool.faces.iter_mut().for_each(renumbered);
     tool.corners.iter_mut().for_each(|c| renumbered(&mut c.face));
 }
+
+#[cfg(test)]
+#[allow(dead_code)] // Some of these shapes are for the tests of other modules.
+#[path = "../cad/query_tests/shapes.rs"]
+mod shapes;

@@ -5,10 +5,10 @@ use rustc_hash::FxHashMap;
 
 use super::error::ConvertError;
 use super::searches::{SearchedFace, Searches};
-use crate::cad::Model;
-use crate::cad::model::Face;
-use crate::geometry::{Aabb, Vec2, Vec3};
-use crate::mesh::SurfaceMesh;
+use kanagata_cad::Model;
+use kanagata_cad::model::Face;
+use kanagata_geometry::{Aabb, Vec2, Vec3};
+use kanagata_mesh::SurfaceMesh;
 
 /// Normals of a mesh at the corners of its elements.
 #[derive(Clone, Default)]
@@ -180,7 +180,7 @@ fn limit_normal(
     };
     let (near, nearer) = (at(1e-3)?, at(1e-4)?);
     // Linear extrapolation to zero: (10 n(1e-4) - n(1e-3)) / 9.
-    crate::geometry::frame::unit((nearer * 10.0 - near) / 9.0)
+    kanagata_geometry::frame::unit((nearer * 10.0 - near) / 9.0)
 }
 
 /// Merges the normals of each vertex by [`merge_normals`] and indexes them by element corner.

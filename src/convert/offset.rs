@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use crate::cad::Model;
-use crate::cad::model::Face;
-use crate::cad::offset::OffsetReport;
-use crate::geometry::Vec3;
-use crate::report::doubt::{Doubt, DoubtCode};
+use kanagata_cad::Model;
+use kanagata_cad::model::Face;
+use kanagata_cad::offset::OffsetReport;
+use kanagata_geometry::Vec3;
+use kanagata_report::doubt::{Doubt, DoubtCode};
 
 /// Accuracy of vector areas relative to the squared size of a face.
 const AREA_ACCURACY_REL: f64 = 1e-6;
@@ -125,10 +125,10 @@ fn areas(model: &Model) -> (Vec3, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cad::build::build;
-    use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
-    use crate::geometry::Frame;
-    use crate::geometry::nurbs::Curve3;
+    use kanagata_cad::build::build;
+    use kanagata_cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
+    use kanagata_geometry::Frame;
+    use kanagata_geometry::nurbs::Curve3;
 
     /// A square of 10 mm whose normal is the z axis of `frame`.
     fn square(frame: Frame) -> Model {

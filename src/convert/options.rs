@@ -1,10 +1,10 @@
 //! Options and report of a conversion.
 
-use crate::geometry::Vec3;
-use crate::progress::Progress;
-use crate::tool::ToolKind;
-use crate::tool::build::StraightEdge;
-use crate::tool::edge::EdgeRule;
+use kanagata_geometry::Vec3;
+use kanagata_progress::Progress;
+use kanagata_tool::ToolKind;
+use kanagata_tool::build::StraightEdge;
+use kanagata_tool::edge::EdgeRule;
 
 /// Options of a conversion.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,9 +1,9 @@
 //! The part of a CAD model from which a tool was made, by the provenance in its file.
 
 use super::select::{Chosen, SelectError, choose};
-use crate::cad::Model;
-use crate::cad::offset::{OffsetError, offset_model_again};
-use crate::tool::file::Provenance;
+use kanagata_cad::Model;
+use kanagata_cad::offset::{OffsetError, offset_model_again};
+use kanagata_tool::file::Provenance;
 
 /// The provenance of a tool does not apply to a CAD model.
 #[non_exhaustive]

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::cad::Model;
-use crate::cad::raw::LostFace;
+use kanagata_cad::Model;
+use kanagata_cad::raw::LostFace;
 
 /// A subset of the faces of a model, as a model of its own.
 #[derive(Debug, Clone)]
@@ -30,7 +30,8 @@ impl Part {
 }
 
 /// The model of the faces `kept`, renumbered in this order. Edges keep their numbers.
-pub(super) fn subset(model: &Model, kept: &[usize]) -> Model {
+#[must_use]
+pub fn subset(model: &Model, kept: &[usize]) -> Model {
     let new_number: BTreeMap<usize, usize> =
         kept.iter().enumerate().map(|(k, &f)| (f, k)).collect();
     let mut out = model.clone();

@@ -5,10 +5,10 @@ use super::conversion::{Conversion, EdgeOverrides, Source};
 use super::error::ConvertError;
 use super::normals::NormalTable;
 use super::options::ConvertReport;
-use crate::geometry::Vec3;
-use crate::mesh::{Element, SurfaceMesh};
-use crate::tool::edge::EdgeRule;
-use crate::tool::{ToolKind, ToolModel};
+use kanagata_geometry::Vec3;
+use kanagata_mesh::{Element, SurfaceMesh};
+use kanagata_tool::edge::EdgeRule;
+use kanagata_tool::{ToolKind, ToolModel};
 
 /// Maximum rounds of replacing prescribed curves by Eq. 8. More than one is needed because a changed curve can fold an
 /// adjacent patch.

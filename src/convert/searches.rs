@@ -3,12 +3,12 @@
 use rustc_hash::FxHashMap;
 
 use super::error::ConvertError;
-use crate::cad::Model;
-use crate::cad::model::Face;
-use crate::geometry::nurbs::SearchBudget;
-use crate::geometry::{Vec2, Vec3};
-use crate::mesh::SurfaceMesh;
-use crate::progress::Progress;
+use kanagata_cad::Model;
+use kanagata_cad::model::Face;
+use kanagata_geometry::nurbs::SearchBudget;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_mesh::SurfaceMesh;
+use kanagata_progress::Progress;
 
 /// Work limit of the searches on one face, in cells: `per_face + per_element * elements of the face`.
 #[derive(Debug, Clone, Copy)]

@@ -1,11 +1,11 @@
 //! Built-in mesh and conversion; faces with folded patches are divided more finely.
 
 use super::{ConvertError, ConvertOptions, ConvertReport, convert};
-use crate::cad::Model;
-use crate::mesh::mapped::MappedOptions;
-use crate::mesh::mapped::plan::Plan;
-use crate::mesh::{MeshError, SurfaceMesh};
-use crate::tool::ToolModel;
+use kanagata_cad::Model;
+use kanagata_mesh::mapped::MappedOptions;
+use kanagata_mesh::mapped::plan::Plan;
+use kanagata_mesh::{MeshError, SurfaceMesh};
+use kanagata_tool::ToolModel;
 
 /// Maximum rounds of refinement of faces with folded patches.
 const ROUNDS_MAX: usize = 12;
@@ -22,7 +22,6 @@ const TOTAL_PATCHES_MAX: usize = 10_000;
 const TOTAL_PATCHES_RATIO_MAX: usize = 4;
 
 /// Reason why no model can be made.
-#[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum UnfoldedError {
     /// Meshing failed.
@@ -149,12 +148,12 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::cad::build::build;
-    use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
-    use crate::convert::tolerance::{Borders, Goal, to_tolerance};
-    use crate::geometry::nurbs::Curve3;
-    use crate::geometry::{Frame, Vec3};
-    use crate::tool::edge::EdgeFault;
+    use crate::tolerance::{Borders, Goal, to_tolerance};
+    use kanagata_cad::build::build;
+    use kanagata_cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
+    use kanagata_geometry::nurbs::Curve3;
+    use kanagata_geometry::{Frame, Vec3};
+    use kanagata_tool::edge::EdgeFault;
 
     fn face(surface: RawSurface, curves: Vec<Curve3>) -> RawFace {
         let edge = |c| RawEdge { curve: Some(c), ..RawEdge::default() };
@@ -250,7 +249,7 @@ mod tests {
         let count = chords(&found).len();
         let up = Vec3::z() * 1e-3;
         let moved: Vec<Vec3> = found.0.vertices.iter().map(|x| x + up * x.x.sin()).collect();
-        found.0.curves = crate::convert::edges::curves_after_motion(&found.0, &moved);
+        found.0.curves = crate::edges::curves_after_motion(&found.0, &moved);
         assert!(count > 0 && chords(&found) == vec![[0.0; 3]; count]);
     }
 

@@ -73,7 +73,7 @@ mod tests {
         let beside = unique_beside(&folder.path().join("run.lock"));
         assert_ne!(beside, unique_beside(&folder.path().join("run.lock")));
         create_new(&beside, b"").unwrap();
-        crate::files::sweep(folder.path());
+        crate::sweep(folder.path());
         assert!(!beside.exists());
     }
 }

@@ -6,10 +6,10 @@ use rayon::prelude::*;
 
 use super::io::UNATTACHED;
 use super::{Element, MeshError, SurfaceMesh};
-use crate::cad::Model;
-use crate::cad::closest::ClosestPoint;
-use crate::cad::model::Foot;
-use crate::geometry::{Aabb, Vec3};
+use kanagata_cad::Model;
+use kanagata_cad::closest::ClosestPoint;
+use kanagata_cad::model::Foot;
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Distance from the model relative to its diagonal below which vertices are moved onto it.
 const SNAP_DISTANCE_REL: f64 = 1e-4;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::files::WriteError;
+use kanagata_files::WriteError;
 
 /// The reason why a mesher, mesh reader or mesh check yields no mesh.
 #[non_exhaustive]

@@ -9,7 +9,7 @@ use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use super::MeshError;
-use crate::files::temporary::{Group, Temporary};
+use kanagata_files::temporary::{Group, Temporary};
 
 /// The first of `names` on PATH.
 pub(super) fn on_path(names: &[&str]) -> Option<PathBuf> {
@@ -32,7 +32,7 @@ const OUTPUT_BYTES: u64 = 2 << 30;
 /// A temporary folder, removed at the end; `what` is part of its name.
 pub(super) fn work_folder(what: &str) -> Result<Temporary, MeshError> {
     Temporary::folder(what)
-        .map_err(|source| crate::files::WriteError { path: std::env::temp_dir(), source }.into())
+        .map_err(|source| kanagata_files::WriteError { path: std::env::temp_dir(), source }.into())
 }
 
 /// How a program ended.

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::geometry::Vec2;
+use kanagata_geometry::Vec2;
 
 /// Parameters of vertices on CAD faces and edges: starts of closest-point searches. They are no part of the value of a
 /// mesh: all are equal, and a mesh without them has the same conversion to rounding.

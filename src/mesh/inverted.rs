@@ -6,9 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::mapped::corner_sine;
 use super::quality::corner_jacobians;
 use super::{Element, MeshError, SurfaceMesh};
-use crate::cad::Model;
-use crate::cad::closest::ClosestPoint;
-use crate::geometry::Vec3;
+use kanagata_cad::Model;
+use kanagata_cad::closest::ClosestPoint;
+use kanagata_geometry::Vec3;
 
 /// Sine of an inverted corner. Corners up to this value are straight: chords of a bent border turn them a little.
 const INVERTED_SINE_MIN: f64 = 1e-3;
@@ -217,9 +217,9 @@ fn split(mesh: &mut SurfaceMesh, index: &ClosestPoint<'_>, inverted: &[usize]) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cad::query_tests::shapes::whole;
-    use crate::geometry::Frame;
-    use crate::geometry::nurbs::Surface;
+    use crate::shapes::whole;
+    use kanagata_geometry::Frame;
+    use kanagata_geometry::nurbs::Surface;
 
     /// A flat face of side 2 and nodes on it.
     fn flat(nodes: &[[f64; 2]], elements: &[&[u32]]) -> (Model, SurfaceMesh) {

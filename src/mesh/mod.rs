@@ -15,7 +15,7 @@ pub mod io;
 pub mod mapped;
 pub mod quality;
 
-use crate::geometry::{Aabb, Vec3};
+use kanagata_geometry::{Aabb, Vec3};
 
 pub use attach::attach;
 pub use error::MeshError;
@@ -174,3 +174,12 @@ mod tests {
         assert_eq!(mesh.elements[0].nodes(), [2, 0, 1]);
     }
 }
+
+#[cfg(test)]
+#[path = "../../tests/skipping/mod.rs"]
+mod skipping;
+
+#[cfg(test)]
+#[allow(dead_code)] // Some of these shapes are for the tests of other modules.
+#[path = "../cad/query_tests/shapes.rs"]
+mod shapes;

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::{Element, MeshError, SurfaceMesh};
-use crate::cad::Model;
-use crate::cad::closest::ClosestPoint;
-use crate::geometry::Vec3;
+use kanagata_cad::Model;
+use kanagata_cad::closest::ClosestPoint;
+use kanagata_geometry::Vec3;
 
 /// Quality measures of a mesh.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]

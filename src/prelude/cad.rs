@@ -7,8 +7,8 @@ use super::error::{Error, ErrorKind};
 use super::make::{Source, converted};
 use super::tool::Tool;
 use crate::cad::{CadError, Creases, Diagnostic, Model, Severity, usable};
-use crate::convert::reach::Zone;
 use crate::files::{Input, sha256_hex};
+use crate::reach::Zone;
 use crate::tool::file::Provenance;
 
 /// Accuracy of areas relative to the squared size of a face.

@@ -8,8 +8,8 @@ use super::error::{Error, ErrorKind};
 use super::make::converted;
 use super::tool::Tool;
 use crate::convert::offset::{OffsetRequest, SheetReference};
-use crate::convert::reach::Zone;
 use crate::progress::Progress;
+use crate::reach::Zone;
 use crate::scene::types::{SheetSurface, Tool as SceneTool, ToolCad};
 use crate::tool::file::Provenance;
 

@@ -10,7 +10,7 @@ use super::digits::four_digits;
 use super::drawing::{Area, COLORS, Drawn, LEGEND_WIDTH_PX, Line, draw_legend, write_svg};
 use super::foreign::escaped;
 use super::plot::ticks::{Short, even_ticks};
-use crate::files::WriteError;
+use kanagata_files::WriteError;
 
 /// A horizontal bar chart.
 #[derive(Debug, Clone, PartialEq, Default)]

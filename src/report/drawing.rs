@@ -9,7 +9,7 @@ use plotters::prelude::*;
 
 use super::foreign::visible_text;
 use super::plot::ticks::{Short, log_ticks};
-use crate::files::{WriteError, write_atomic};
+use kanagata_files::{WriteError, write_atomic};
 
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// Result of drawing. Drawing to a string does not fail in practice.

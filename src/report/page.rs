@@ -11,7 +11,7 @@ use super::doubt::Doubt;
 use super::foreign::{escaped, json_text};
 use super::plot::{self, Plot};
 use super::viewer::{Arrays, View};
-use crate::files::{WriteError, write_atomic};
+use kanagata_files::{WriteError, write_atomic};
 
 /// A page under construction.
 #[derive(Debug, Clone, Default)]
@@ -236,7 +236,7 @@ const VIEWER: &str = concat!(
 fn policy(scripts: &[&str]) -> String {
     use base64::Engine as _;
     let digest = |script: &&str| {
-        let digest = crate::files::digest::sha256(script.as_bytes());
+        let digest = kanagata_files::digest::sha256(script.as_bytes());
         format!(" 'sha256-{}'", base64::engine::general_purpose::STANDARD.encode(digest))
     };
     let scripts: String = match scripts {
@@ -252,7 +252,7 @@ fn policy(scripts: &[&str]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::plot::Series;
+    use crate::plot::Series;
 
     #[test]
     fn a_page_needs_no_network_and_escapes_what_it_is_given() {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::foreign::escaped;
-use crate::files::{WriteError, write_atomic};
+use kanagata_files::{WriteError, write_atomic};
 
 /// A part of the model at a step.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -7,8 +7,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::foreign::escaped;
-use crate::files::{WriteError, write_atomic};
-use crate::geometry::Vec3;
+use kanagata_files::{WriteError, write_atomic};
+use kanagata_geometry::Vec3;
 
 /// Cell kinds, with VTK's type numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,8 +125,8 @@ impl DataArray {
 /// An unstructured grid, written as a `.vtu` file.
 ///
 /// ```
-/// use kanagata::geometry::Vec3;
-/// use kanagata::report::{CellKind, DataArray, Vtu};
+/// use kanagata_geometry::Vec3;
+/// use kanagata_report::{CellKind, DataArray, Vtu};
 ///
 /// let mut grid = Vtu::new(vec![Vec3::zeros(), Vec3::x(), Vec3::y()]);
 /// grid.push_cell(CellKind::Triangle, &[0, 1, 2]);
@@ -330,7 +330,7 @@ mod tests {
         assert!(text.contains(names), "{text}");
         let single: Vec<u8> = (1..=6).flat_map(|k| (k as f32).to_le_bytes()).collect();
         assert_eq!(decode(&text, "s"), single);
-        let read = crate::report::vtu_read::parse(text.as_bytes()).unwrap().cell_data;
+        let read = crate::vtu_read::parse(text.as_bytes()).unwrap().cell_data;
         let all: Vec<_> = read.iter().map(|a| (a.components, a.values.clone())).collect();
         assert_eq!(all, [(6, tensor.into()), (3, vec![3.0, 2.0, 1.0]), (1, vec![200.0])]);
     }

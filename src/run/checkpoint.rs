@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 use super::error::CheckpointError;
 use super::folder::RunFolder;
 use super::inputs::inputs;
-use crate::files::{Sha256Writer, WriteError, sha256_hex, write_atomic};
-use crate::report::record::RunRecord;
-use crate::scene::Plan;
-use crate::solver::snapshot::SimulationState;
+use kanagata_files::{Sha256Writer, WriteError, sha256_hex, write_atomic};
+use kanagata_report::record::RunRecord;
+use kanagata_scene::Plan;
+use kanagata_solver::snapshot::SimulationState;
 
 /// Version of the file format.
 const FORMAT_VERSION: u32 = 19;
@@ -74,8 +74,9 @@ pub fn remove(folder: &Path) {
 
 /// Whether the record in the folder belongs to a run with all stages done.
 fn has_completed(folder: &Path) -> bool {
-    let text = crate::files::read_text(&folder.join("run.json"), crate::files::Input::Description)
-        .unwrap_or_default();
+    let text =
+        kanagata_files::read_text(&folder.join("run.json"), kanagata_files::Input::Description)
+            .unwrap_or_default();
     let record = serde_json::from_str::<RunRecord>(&text);
     record.is_ok_and(|record| record.verdict.is_complete())
 }
@@ -167,7 +168,7 @@ pub fn newest(folder: &Path) -> Option<(PathBuf, usize)> {
 
 fn read_one(file: &Path) -> Result<Checkpoint, String> {
     let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let bytes = crate::files::read(file, crate::files::Input::Checkpoint)
+    let bytes = kanagata_files::read(file, kanagata_files::Input::Checkpoint)
         .map_err(|e| format!("{name}: {e}"))?;
     parse(&bytes).map_err(|what| format!("{name}: {what}"))
 }
@@ -199,12 +200,12 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::run::strains::SheetStrain;
-    use crate::solver::assembly::Body;
-    use crate::solver::element::ElementKind;
-    use crate::solver::material::elastic::Elastic;
-    use crate::solver::sheet::hex_mesh::rectangle;
-    use crate::solver::{Constraints, Limits, Simulation, SimulationSetup};
+    use crate::strains::SheetStrain;
+    use kanagata_solver::assembly::Body;
+    use kanagata_solver::element::ElementKind;
+    use kanagata_solver::material::elastic::Elastic;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
+    use kanagata_solver::{Constraints, Limits, Simulation, SimulationSetup};
 
     /// The state of a block that nothing has moved.
     fn state() -> SimulationState {
@@ -230,11 +231,11 @@ mod tests {
             "verdict": "running", "increments": increments, "iterations": 0, "step_cuts": 0, "wall_s": 0.0,
             "cpu_s": 0.0, "peak_mb": 0.0, "timings_s": {}, "threads": 1, "unknowns": 3,
             "force_error": 0.0, "energy_error": 0.0, "penetration_mm": 0.0, "inputs": {}});
-        let history = crate::report::record::History { tools: Vec::new(), rows: Vec::new() };
+        let history = kanagata_report::record::History { tools: Vec::new(), rows: Vec::new() };
         serde_json::from_value(serde_json::json!({"path": path, "record": record, "history": history,
             "vtu_every": 1, "planes": [], "last_stage": null, "force_scale": 0.0,
             "iterations": [], "orders": [], "spent_s": [0.0, 0.0],
-            "springback": crate::run::springback::Springback::default(), "scene_doubts": [], "farthest": []}))
+            "springback": crate::springback::Springback::default(), "scene_doubts": [], "farthest": []}))
         .unwrap()
     }
 

@@ -1,9 +1,9 @@
 //! Normals of the sheet, and contact pressure, state and tool of its nodes.
 
-use crate::geometry::Vec3;
-use crate::report::DataArray;
-use crate::solver::NodeContact;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Vec3;
+use kanagata_report::DataArray;
+use kanagata_solver::NodeContact;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Contact states in the VTU.
 const FREE: u8 = 0;
@@ -84,9 +84,9 @@ pub fn arrays(mesh: &HexMesh, positions: &[Vec3], contacts: &[NodeContact]) -> [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Mat3;
-    use crate::report::{CellKind, Vtu, vtu_read};
-    use crate::solver::sheet::hex_mesh::{disc, rectangle, thickened};
+    use kanagata_geometry::Mat3;
+    use kanagata_report::{CellKind, Vtu, vtu_read};
+    use kanagata_solver::sheet::hex_mesh::{disc, rectangle, thickened};
 
     /// A disc on a sphere of radius 50 mm: the normal at a column is that of the sphere up to the chords.
     #[test]
@@ -117,7 +117,7 @@ mod tests {
     /// A uniform pressure on a refined sheet is uniform at all nodes, those that hang too.
     #[test]
     fn the_pressure_of_a_hanging_node_is_that_of_its_masters() {
-        use crate::solver::sheet::refine::{Refinement, plan_elements};
+        use kanagata_solver::sheet::refine::{Refinement, plan_elements};
         let base = rectangle(6.0, 6.0, 0.9, 3, 3, 2);
         let levels = vec![0, 0, 0, 0, 2, 0, 0, 0, 0];
         let mesh = Refinement::balanced(plan_elements(&base), levels).mesh(&base, None);

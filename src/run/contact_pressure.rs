@@ -1,9 +1,9 @@
 //! Contact pressure under each tool: mean over the area in contact, and largest at a node.
 
 use super::{contact_fields, fields};
-use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::{IncrementReport, NodeContact};
+use kanagata_geometry::Vec3;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
+use kanagata_solver::{IncrementReport, NodeContact};
 
 /// Contact pressure under a tool that touches the sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +57,7 @@ pub fn of_report(report: &IncrementReport<'_>) -> Vec<Option<ToolPressure>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     /// A holder over the upper face presses with 2 MPa, and with 5 MPa at one node; a die touches half of the lower face.
     #[test]

@@ -4,13 +4,13 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::geometry::Vec3;
-use crate::scene::preview::SheetCounts;
-use crate::solver::assembly::Evaluation;
-use crate::solver::element::{ElementKind, Want};
-use crate::solver::linear::LinearError;
-use crate::solver::linear::multifrontal::{Factors, PatternRef, Symbolic};
-use crate::solver::{Motion, SimulationSetup, Stage};
+use kanagata_geometry::Vec3;
+use kanagata_scene::preview::SheetCounts;
+use kanagata_solver::assembly::Evaluation;
+use kanagata_solver::element::{ElementKind, Want};
+use kanagata_solver::linear::LinearError;
+use kanagata_solver::linear::multifrontal::{Factors, PatternRef, Symbolic};
+use kanagata_solver::{Motion, SimulationSetup, Stage};
 
 /// In-plane stretch for timing the element loop: most sheets are plastic there, as in a run.
 const TIMED_STRETCH: f64 = 0.03;
@@ -290,10 +290,10 @@ pub fn duration(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::Curve;
-    use crate::solver::assembly::Body;
-    use crate::solver::material::card;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_solver::Curve;
+    use kanagata_solver::assembly::Body;
+    use kanagata_solver::material::card;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     /// Compares the estimates from counts with the symbolic factorisation.
     #[test]

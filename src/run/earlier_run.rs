@@ -11,8 +11,8 @@ use super::folder::RESULT_FILES;
 use super::inputs::inputs;
 use super::lock;
 use super::restart::Restart;
-use crate::report::record::{RunRecord, Verdict};
-use crate::scene::Plan;
+use kanagata_report::record::{RunRecord, Verdict};
+use kanagata_scene::Plan;
 
 /// A file that a run would replace in a folder that holds no run; relative to the folder.
 pub(super) fn foreign(folder: &Path) -> Option<PathBuf> {
@@ -39,7 +39,7 @@ fn is_of_run(folder: &Path) -> bool {
     struct Head {
         format: String,
     }
-    let text = crate::files::read(&folder.join("run.json"), crate::files::Input::Description);
+    let text = kanagata_files::read(&folder.join("run.json"), kanagata_files::Input::Description);
     let head = text.ok().and_then(|text| serde_json::from_slice::<Head>(&text).ok());
     head.is_some_and(|head| head.format == FORMAT)
 }
@@ -47,7 +47,7 @@ fn is_of_run(folder: &Path) -> bool {
 /// The record of a run of `plan` by this build in `folder` whose stages are all done; `None` if there is none.
 #[must_use]
 pub fn completed(folder: &Path, plan: &Plan) -> Option<RunRecord> {
-    let text = crate::files::read(&folder.join("run.json"), crate::files::Input::Description);
+    let text = kanagata_files::read(&folder.join("run.json"), kanagata_files::Input::Description);
     let record = RunRecord::parse(&text.ok()?).ok()?;
     let same = record.build == BUILD && record.inputs == inputs(plan);
     (same && record.verdict.is_complete()).then_some(record)
@@ -66,7 +66,7 @@ pub(super) fn replaced_results(
     scene: &Path,
     overwrite: bool,
 ) -> Result<Option<String>, RunError> {
-    let text = crate::files::read(&folder.join("run.json"), crate::files::Input::Description)
+    let text = kanagata_files::read(&folder.join("run.json"), kanagata_files::Input::Description)
         .unwrap_or_default();
     let record = match RunRecord::parse(&text) {
         Ok(record) => record,

@@ -4,12 +4,11 @@ use std::path::{Path, PathBuf};
 
 use super::lock::Holder;
 use super::restart::Restart;
-use crate::files::WriteError;
-use crate::scene::SceneError;
-use crate::solver::SimulationError;
+use kanagata_files::WriteError;
+use kanagata_scene::SceneError;
+use kanagata_solver::SimulationError;
 
 /// Why a run ends early.
-#[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// The scene cannot be set up.

@@ -2,13 +2,13 @@
 
 use super::formed::Formed;
 use super::{contact_fields, tensor_fields};
-use crate::geometry::Vec3;
-use crate::report::record::ThicknessRecord;
-use crate::report::{CellKind, DataArray, Vtu};
-use crate::solver::NodeContact;
-use crate::solver::assembly::Body;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::tool::{Patch, ToolModel};
+use kanagata_geometry::Vec3;
+use kanagata_report::record::ThicknessRecord;
+use kanagata_report::{CellKind, DataArray, Vtu};
+use kanagata_solver::NodeContact;
+use kanagata_solver::assembly::Body;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
+use kanagata_tool::{Patch, ToolModel};
 
 /// Current positions of the nodes [mm] from displacements (three per node).
 #[must_use]
@@ -144,7 +144,7 @@ pub fn tool(model: &ToolModel, divisions: usize, shift: &Vec3) -> Vtu {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     #[test]
     fn thickness_follows_the_columns() {
@@ -174,7 +174,7 @@ mod tests {
         ];
         for (patch, area) in patches {
             let model =
-                ToolModel::of_patches("", crate::tool::ToolKind::Nagata, vec![patch], vec![0]);
+                ToolModel::of_patches("", kanagata_tool::ToolKind::Nagata, vec![patch], vec![0]);
             let (points, triangles) = tessellate(&model, 3, &Vec3::zeros());
             let signed: f64 = triangles
                 .iter()

@@ -6,8 +6,8 @@ use std::path::Path;
 use super::build::{BUILD, cpu_class};
 use super::inputs::inputs;
 use super::resources::this_process;
-use crate::report::record::{IncrementErrorRecord, RunRecord, VERSION, Verdict};
-use crate::scene::Plan;
+use kanagata_report::record::{IncrementErrorRecord, RunRecord, VERSION, Verdict};
+use kanagata_scene::Plan;
 
 /// Value of `format` in `run.json`.
 pub(super) const FORMAT: &str = "kanagata-run";

@@ -3,13 +3,13 @@
 
 use super::strain_path::{StrainPaths, TURNED_ANGLE_DEG};
 use super::strains::SheetStrain;
-use crate::geometry::Vec3;
-use crate::report::DataArray;
-use crate::report::record::{
+use kanagata_geometry::Vec3;
+use kanagata_report::DataArray;
+use kanagata_report::record::{
     FormabilityRecord, LimitMarginRecord, ThinningRecord, TurnedPathsRecord, ZoneShares,
 };
-use crate::solver::material::forming_limit::{Diagram, Zone};
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_solver::material::forming_limit::{Diagram, Zone};
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Strains of all elements, judged in a forming limit diagram.
 #[derive(Debug, Clone, PartialEq)]
@@ -162,11 +162,11 @@ fn first_largest<T>(all: &[T], value: impl Fn(&T) -> f64) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::fields::positions;
-    use crate::run::strains::of_sheet;
-    use crate::solver::material::card;
-    use crate::solver::material::forming_limit::{FormingLimit, StrainMeasure};
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::fields::positions;
+    use crate::strains::of_sheet;
+    use kanagata_solver::material::card;
+    use kanagata_solver::material::forming_limit::{FormingLimit, StrainMeasure};
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     /// A diagram of an isotropic sheet with FLD0 = 0.3, or without a limit.
     fn diagram(with_curve: bool) -> Diagram {
@@ -261,15 +261,15 @@ mod tests {
         let (mesh, u) = sheet(1);
         for with_curve in [true, false] {
             let diagram = diagram(with_curve);
-            let mut grid = crate::report::Vtu::new(positions(&mesh, &u));
+            let mut grid = kanagata_report::Vtu::new(positions(&mesh, &u));
             for element in &mesh.elements {
-                grid.push_cell(crate::report::CellKind::Hexahedron, element);
+                grid.push_cell(kanagata_report::CellKind::Hexahedron, element);
             }
             grid.cell_data = Judged::new(&diagram, of_sheet(&mesh, &u)).cell_data();
             let folder = tempfile::tempdir().unwrap();
             let path = folder.path().join("sheet.vtu");
             grid.write(&path).unwrap();
-            let read = crate::report::vtu_read::read(&path).unwrap().cell_data;
+            let read = kanagata_report::vtu_read::read(&path).unwrap().cell_data;
             let values = |name: &str| {
                 let found = read.iter().find(|array| array.name == name);
                 found.map(|array| array.values.clone())

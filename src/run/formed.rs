@@ -1,11 +1,11 @@
 //! Strains of every element, and its plastic strain and stress for materials with a history.
 
 use super::strains::{ElementStrains, Principal, of_elements};
-use crate::geometry::Vec3;
-use crate::report::DataArray;
-use crate::report::record::{PlasticStrainRecord, StrainRecord};
-use crate::solver::assembly::Body;
-use crate::solver::assembly::ElementState;
+use kanagata_geometry::Vec3;
+use kanagata_report::DataArray;
+use kanagata_report::record::{PlasticStrainRecord, StrainRecord};
+use kanagata_solver::assembly::Body;
+use kanagata_solver::assembly::ElementState;
 
 /// Strains and states of all elements.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,15 +85,15 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::geometry::Vec2;
-    use crate::report::{Vtu, vtu_read};
-    use crate::run::fields;
-    use crate::solver::assembly::Evaluation;
-    use crate::solver::element::{ElementKind, Want};
-    use crate::solver::material::Material;
-    use crate::solver::material::card;
-    use crate::solver::material::elastic::Elastic;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::fields;
+    use kanagata_geometry::Vec2;
+    use kanagata_report::{Vtu, vtu_read};
+    use kanagata_solver::assembly::Evaluation;
+    use kanagata_solver::element::{ElementKind, Want};
+    use kanagata_solver::material::Material;
+    use kanagata_solver::material::card;
+    use kanagata_solver::material::elastic::Elastic;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     const SHELL: ElementKind = ElementKind::SolidShell { points: 5, membrane: true };
 

@@ -3,11 +3,11 @@
 //! Friction shears the faces of a flat-pressed sheet at the shear flow stress, and the core flows out between them. Few
 //! elements through the thickness cannot represent this.
 
-use crate::geometry::Vec3;
-use crate::report::record::ThroughThicknessShearRecord;
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Vec3;
+use kanagata_report::record::ThroughThicknessShearRecord;
+use kanagata_solver::assembly::Body;
+use kanagata_solver::element::ElementKind;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Fraction of the pressed nodes above which the check reports: sound runs reach 0.25, wrong ones 0.33 and more
 /// (docs/results/solver.md).
@@ -127,10 +127,10 @@ fn for_each_face(mesh: &HexMesh, mut see: impl FnMut(usize, [usize; 4])) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::assembly::Evaluation;
-    use crate::solver::element::Want;
-    use crate::solver::material::card;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_solver::assembly::Evaluation;
+    use kanagata_solver::element::Want;
+    use kanagata_solver::material::card;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     const LENGTH: f64 = 30.0;
 

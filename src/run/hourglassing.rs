@@ -3,9 +3,9 @@
 //! Wide elements with a low bending stiffness fold so under pressure through the thickness, at no cost but that of
 //! bending, and forces are far too low.
 
-use crate::geometry::Vec3;
-use crate::report::record::HourglassRecord;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Vec3;
+use kanagata_report::record::HourglassRecord;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Smallest tilt of a fibre from the mean of its neighbours [rad], and smallest ratio of the opposite tilt of a
 /// neighbour.
@@ -82,7 +82,7 @@ pub(super) fn neighbours(mesh: &HexMesh) -> Vec<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     #[test]
     fn fibres_with_alternate_tilt_are_found_and_those_of_a_bent_sheet_are_not() {

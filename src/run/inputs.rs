@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::scene::Plan;
+use kanagata_scene::Plan;
 
 /// SHA-256 of the scene and of the files it names: tools, mesh of the blank, material card, and the history whose
 /// increments are followed.

@@ -41,12 +41,12 @@ pub mod waves;
 
 use std::path::Path;
 
-use crate::cancel::Section;
-use crate::report::record::{ExcludedPatchesRecord, RunRecord, Verdict};
-use crate::scene::Plan;
-use crate::solver::material::forming_limit::Diagram;
-use crate::solver::reach::{ExcludedPatches, Guard, exclude_unreachable, reachable};
-use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
+use kanagata_cancel::Section;
+use kanagata_report::record::{ExcludedPatchesRecord, RunRecord, Verdict};
+use kanagata_scene::Plan;
+use kanagata_solver::material::forming_limit::Diagram;
+use kanagata_solver::reach::{ExcludedPatches, Guard, exclude_unreachable, reachable};
+use kanagata_solver::{Control, IncrementReport, Simulation, SimulationError};
 
 pub use earlier_run::completed;
 pub use error::{CheckpointError, RunError};
@@ -387,3 +387,8 @@ fn verdict_of(outcome: &Result<(), SimulationError>) -> Verdict {
         Err(_) => Verdict::NotConverged,
     }
 }
+
+#[cfg(test)]
+#[allow(dead_code)] // Some of these shapes are for the tests of other modules.
+#[path = "../contact/test_tools.rs"]
+mod test_tools;

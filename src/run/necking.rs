@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::fields::column_thickness;
 use super::hourglassing::neighbours;
-use crate::geometry::Vec3;
-use crate::report::record::{MaximumForceRecord, NeckingKind, NeckingRecord};
-use crate::solver::IncrementReport;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Vec3;
+use kanagata_report::record::{MaximumForceRecord, NeckingKind, NeckingRecord};
+use kanagata_solver::IncrementReport;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Ratio of the force to its maximum in the stage, below which the maximum is passed.
 const PASSED_FORCE_RATIO: f64 = 0.99;
@@ -177,7 +177,7 @@ fn dip(mesh: &HexMesh, thickness: &[f64], thinning: &[f64]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     fn thinning(mesh: &HexMesh, of: impl Fn(f64) -> f64) -> Vec<f64> {
         mesh.bottom_nodes().iter().map(|&n| of(mesh.nodes[n as usize].x)).collect()

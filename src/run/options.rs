@@ -1,8 +1,8 @@
 //! Options of a run.
 
-use crate::cancel::Cancel;
+use kanagata_cancel::Cancel;
 #[cfg(feature = "pages")]
-use crate::report::record::Verdict;
+use kanagata_report::record::Verdict;
 
 /// When a run writes `report.html`, most of which is the plotting script. Without it the page can be written later from
 /// the files of the run.

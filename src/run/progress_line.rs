@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use crate::report::record::HistoryRow;
+use kanagata_report::record::HistoryRow;
 
 /// Header of the lines, without the tools.
 pub const HEADER: &str = "  inc  time     it touch  slip  tools [mm, kN]";

@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use crate::files::read_system;
-use crate::report::record::Process;
+use kanagata_files::read_system;
+use kanagata_report::record::Process;
 
 /// Wall and processor time since the start of a run.
 #[derive(Debug, Clone, Copy)]
@@ -112,7 +112,7 @@ pub fn peak_megabytes() -> f64 {
 #[must_use]
 pub fn memory_limit_megabytes() -> Option<f64> {
     let all = || -> Option<f64> {
-        let text = crate::files::read_system("/proc/meminfo").ok()?;
+        let text = kanagata_files::read_system("/proc/meminfo").ok()?;
         let line = text.lines().find(|l| l.starts_with("MemTotal:"))?;
         line.split_ascii_whitespace().nth(1)?.parse().ok()
     };

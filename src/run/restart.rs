@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::report::record::RunRecord;
+use kanagata_report::record::RunRecord;
 
 /// Parameters that continue a run from its folder.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -5,12 +5,12 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use crate::geometry::box_tree::BoxTree;
-use crate::geometry::{Aabb, Vec3};
-use crate::report::record::SelfPenetrationRecord;
-use crate::scene::types::SymmetryPlane;
-use crate::solver::element::natural_coordinates;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::box_tree::BoxTree;
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_report::record::SelfPenetrationRecord;
+use kanagata_scene::types::SymmetryPlane;
+use kanagata_solver::element::natural_coordinates;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Bounds of the natural coordinates (-1 to 1) of a node inside an element. Towards the faces of the sheet, which may
 /// touch: 0.95. Towards edges and other elements: the whole element.
@@ -124,8 +124,8 @@ fn thickness_direction(mesh: &HexMesh, element: &[u32; 8]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::types::Axis;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_scene::types::Axis;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     /// A strip of 40 x 2 x 1 mm, folded at its middle about y to this radius: its legs are `2 radius` apart.
     fn folded(radius: f64) -> (HexMesh, Vec<Vec3>) {
@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn hanging_nodes_on_the_sides_of_coarser_elements_are_not_inside_them() {
-        use crate::solver::sheet::refine::{Refinement, plan_elements};
+        use kanagata_solver::sheet::refine::{Refinement, plan_elements};
         let base = rectangle(6.0, 6.0, 1.0, 3, 3, 2);
         let levels = vec![0, 0, 0, 0, 2, 0, 0, 0, 0];
         let mesh = Refinement::balanced(plan_elements(&base), levels).mesh(&base, None);

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::{contact_fields, fields};
-use crate::report::record::{NormalDisplacementRecord, SpringbackRecord};
-use crate::solver::IncrementReport;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_report::record::{NormalDisplacementRecord, SpringbackRecord};
+use kanagata_solver::IncrementReport;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Array of the displacement in springback along the normal [mm].
 pub const SPRINGBACK_NORMAL: &str = "springback_normal_mm";
@@ -105,13 +105,13 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
-    use crate::geometry::Vec3;
-    use crate::solver::Timings;
-    use crate::solver::assembly::Body;
-    use crate::solver::element::ElementKind;
-    use crate::solver::material::elastic::Elastic;
-    use crate::solver::report::{Energies, ToolReport};
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_geometry::Vec3;
+    use kanagata_solver::Timings;
+    use kanagata_solver::assembly::Body;
+    use kanagata_solver::element::ElementKind;
+    use kanagata_solver::material::elastic::Elastic;
+    use kanagata_solver::report::{Energies, ToolReport};
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     fn body() -> Body {
         let elastic = Arc::new(Elastic { young: 7e4, poisson: 0.3 });

@@ -63,7 +63,7 @@ fn advance(path: &mut Path, to: [f64; 3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::strains::Principal;
+    use crate::strains::Principal;
 
     /// Principal strains with the major one at `angle` [rad] to the first axis.
     fn strain(major: f64, minor: f64, angle: f64) -> SheetStrain {

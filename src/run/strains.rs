@@ -5,8 +5,8 @@
 //! 1)`. The logarithmic strains are `ln λ = ½ ln (1 + 2 E_k)`. They are principal strains within the surface,
 //! independent of transverse shear and of the material.
 
-use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Vec3;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Principal logarithmic strains of a surface.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -165,8 +165,8 @@ fn principal_of([xx, xy, yy]: [f64; 3]) -> Principal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Mat3;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_geometry::Mat3;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     fn near(found: Principal, major: f64, minor: f64) {
         let error = (found.major - major).abs().max((found.minor - minor).abs());

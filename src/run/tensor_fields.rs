@@ -1,8 +1,8 @@
 //! Stress and strain tensors of the elements, and their principal values, as arrays of the VTU.
 
-use crate::geometry::Mat3;
-use crate::report::DataArray;
-use crate::solver::assembly::{Body, ElementTensors, Tensors};
+use kanagata_geometry::Mat3;
+use kanagata_report::DataArray;
+use kanagata_solver::assembly::{Body, ElementTensors, Tensors};
 
 /// Tensors of a mean or a face.
 type Place = fn(&ElementTensors) -> &Tensors;
@@ -49,7 +49,7 @@ pub fn principal_values(&[xx, yy, zz, xy, yz, xz]: &[f64; 6]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Vec3;
+    use kanagata_geometry::Vec3;
 
     /// `R diag R'` has the values of the diagonal, for equal ones too, and the invariants of the tensor.
     #[test]

@@ -13,11 +13,11 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{contact_fields, fields};
-use crate::contact::ToolSurface;
-use crate::geometry::{Mat3, Vec3};
-use crate::report::record::WaveRecord;
-use crate::solver::IncrementReport;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_contact::ToolSurface;
+use kanagata_geometry::{Mat3, Vec3};
+use kanagata_report::record::WaveRecord;
+use kanagata_solver::IncrementReport;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Array of the offsets [mm].
 pub const WAVE_OFFSET: &str = "wave_offset_mm";
@@ -175,8 +175,8 @@ fn minor_membrane_stress(mesh: &HexMesh, normals: &[Vec3], stresses: &[[f64; 6]]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::test_tools::plane;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::test_tools::plane;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     /// A square plane at z = 0 whose normal is along `sign` times z.
     fn plane_z(sign: f64) -> ToolSurface {

@@ -49,7 +49,7 @@ impl Accuracy {
     ///
     /// # Errors
     /// That value.
-    pub(crate) fn check(&self) -> Result<(), (String, String, String)> {
+    pub fn check(&self) -> Result<(), (String, String, String)> {
         let fractions = [
             ("force", self.force),
             ("thickness", self.thickness),

@@ -8,9 +8,9 @@ use super::file_sheet::{FileSheet, of_file};
 use super::plan::Plan;
 use super::refine::refinement;
 use super::types::{Blank, BlankShape, Region, Scene, SymmetryPlane};
-use crate::geometry::Vec3;
-use crate::solver::Constraints;
-use crate::solver::sheet::hex_mesh::{HexMesh, disc, quarter_disc, rectangle, thickened};
+use kanagata_geometry::Vec3;
+use kanagata_solver::Constraints;
+use kanagata_solver::sheet::hex_mesh::{HexMesh, disc, quarter_disc, rectangle, thickened};
 
 pub use super::file_sheet::of_sheet;
 
@@ -193,7 +193,7 @@ pub(super) fn tolerance_of(size: f64, farthest: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::read::complete_blank;
+    use crate::read::complete_blank;
 
     fn nodes() -> Vec<Vec3> {
         rectangle(4.0, 2.0, 1.0, 4, 2, 1).nodes
@@ -305,8 +305,8 @@ mod tests {
                  $Elements\n{e}\n{elements}$EndElements\n"
             ),
         );
-        let mut grid = crate::report::Vtu::new(whole.nodes.clone());
-        lying.iter().for_each(|e| grid.push_cell(crate::report::CellKind::Hexahedron, e));
+        let mut grid = kanagata_report::Vtu::new(whole.nodes.clone());
+        lying.iter().for_each(|e| grid.push_cell(kanagata_report::CellKind::Hexahedron, e));
         grid.write(&folder.path().join("x.vtu")).unwrap();
         let volume = |m: &HexMesh| -> f64 {
             let x = |n: u32| m.nodes[n as usize];

@@ -5,7 +5,7 @@ use super::motions::discontinuity;
 use super::refine;
 use super::rolling;
 use super::types::{Accuracy, Blank, BlankShape, Drive, Scene, SolverLimits};
-use crate::solver::element::ElementKind;
+use kanagata_solver::element::ElementKind;
 
 /// Version of the scene format.
 pub const VERSION: u32 = 1;

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::files::WrongKind;
-use crate::solver::material::card::CardError;
-use crate::tool::file::ToolFileError;
+use kanagata_files::WrongKind;
+use kanagata_solver::material::card::CardError;
+use kanagata_tool::file::ToolFileError;
 
 /// Key as a path into the scene; what was found; what is allowed.
 pub type Fault = (String, String, String);

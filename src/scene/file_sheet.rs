@@ -4,10 +4,10 @@ use std::path::Path;
 
 use super::error::SceneError;
 use super::types::{Blank, MeshState};
-use crate::geometry::Vec3;
-use crate::mesh::io::{self, SheetElements, SheetMesh};
-use crate::solver::sheet::columns::{from_hexahedra, oriented};
-use crate::solver::sheet::hex_mesh::{HexMesh, thickened};
+use kanagata_geometry::Vec3;
+use kanagata_mesh::io::{self, SheetElements, SheetMesh};
+use kanagata_solver::sheet::columns::{from_hexahedra, oriented};
+use kanagata_solver::sheet::hex_mesh::{HexMesh, thickened};
 
 /// Relative tolerance between a thickness in the scene and that of hexahedra.
 const THICKNESS_TOLERANCE_REL: f64 = 0.01;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::error::SceneError;
 use super::types::Scene;
-use crate::files::sha256_hex;
-use crate::report::record::History;
+use kanagata_files::sha256_hex;
+use kanagata_report::record::History;
 
 /// Smallest difference of successive times, as a fraction of a stage.
 const TIME_DIFFERENCE_MIN: f64 = 1e-12;
@@ -39,8 +39,8 @@ pub(super) fn followed(
         found: format!("{}: {found}", file.display()),
         allowed: "the history.csv of a run of the same stages".into(),
     };
-    let bytes =
-        crate::files::read(&file, crate::files::Input::Table).map_err(|e| fault(e.to_string()))?;
+    let bytes = kanagata_files::read(&file, kanagata_files::Input::Table)
+        .map_err(|e| fault(e.to_string()))?;
     let history = History::parse(&String::from_utf8_lossy(&bytes)).map_err(fault)?;
     let stages: Vec<&str> = scene.stages.iter().map(|s| s.name.as_str()).collect();
     let ends = ends(&history, &stages).map_err(fault)?;

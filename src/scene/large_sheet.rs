@@ -7,9 +7,9 @@ use super::error::SceneError;
 use super::plan::Plan;
 use super::preview::SheetCounts;
 use super::types::{Blank, BlankShape};
-use crate::solver::assembly::Body;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{Constraints, SimulationSetup};
+use kanagata_solver::assembly::Body;
+use kanagata_solver::sheet::hex_mesh::rectangle;
+use kanagata_solver::{Constraints, SimulationSetup};
 
 /// Largest mesh file that a check reads [B], for a blank in one layer. A file of 15.7 MB with 233,000 quadrilaterals
 /// takes 1.1 s of processor time and 119 MB (docs/results/faults.md).

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::blank::{Fault, nodes_in};
 use super::types::Scene;
-use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Vec3;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Corners of the faces and of the edges of an element.
 const FACES: [[usize; 4]; 6] =
@@ -115,7 +115,7 @@ fn size(x: &[Vec3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     fn at(mesh: &HexMesh, inside: impl Fn(&Vec3) -> bool) -> Vec<usize> {
         (0..mesh.nodes.len()).filter(|&node| inside(&mesh.nodes[node])).collect()
@@ -124,7 +124,7 @@ mod tests {
     /// A uniform force on a plane between coarse and fine elements: each of the two sides counts once.
     #[test]
     fn a_force_on_a_border_of_refinement_is_spread_over_its_area() {
-        use crate::solver::sheet::refine::{Refinement, plan_elements};
+        use kanagata_solver::sheet::refine::{Refinement, plan_elements};
         let base = rectangle(4.0, 4.0, 1.0, 2, 2, 1);
         let mesh = Refinement::balanced(plan_elements(&base), vec![1, 0, 0, 0]).mesh(&base, None);
         let there = at(&mesh, |x| (x.x - 2.0).abs() < 1e-9);

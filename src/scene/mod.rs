@@ -33,3 +33,8 @@ pub use error::SceneError;
 pub use plan::{Plan, PlannedFile, PlannedTool};
 pub use read::read;
 pub use types::Scene;
+
+#[cfg(test)]
+#[allow(dead_code)] // Some of these shapes are for the tests of other modules.
+#[path = "../contact/test_tools.rs"]
+mod test_tools;

@@ -1,7 +1,7 @@
 //! Motions of the solver from the drives of a scene. Each stage continues from the end of the previous one.
 
 use super::types::{Course, Drive, Scene, Spring};
-use crate::solver::{Curve, Motion};
+use kanagata_solver::{Curve, Motion};
 
 /// State of a tool at the end of a stage.
 #[derive(Debug, Clone, Default, PartialEq)]

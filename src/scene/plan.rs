@@ -8,10 +8,10 @@ use super::file_sheet::FileSheet;
 use super::follow::Followed;
 use super::set_value::SetValue;
 use super::types::Scene;
-use crate::contact::ToolSurface;
-use crate::solver::material::Material;
-use crate::solver::material::card::MaterialCard;
-use crate::solver::material::forming_limit::Diagram;
+use kanagata_contact::ToolSurface;
+use kanagata_solver::material::Material;
+use kanagata_solver::material::card::MaterialCard;
+use kanagata_solver::material::forming_limit::Diagram;
 
 /// A scene ready to run: checked, with its tools and material loaded.
 #[derive(Clone)]

@@ -3,8 +3,8 @@
 use super::blank::tolerance_of;
 use super::plan::Plan;
 use super::types::{Blank, BlankShape, Region};
-use crate::geometry::Aabb;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Aabb;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Largest number of elements that are checked without coarsening. A check of 10 000 takes some 0.1 s and 30 MB; twice
 /// as many take twice as much.
@@ -186,7 +186,7 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::{disc, quarter_disc, rectangle, thickened};
+    use kanagata_solver::sheet::hex_mesh::{disc, quarter_disc, rectangle, thickened};
 
     /// A plane and a box between nodes of the coarser grid, and between nodes of the finer one.
     #[test]

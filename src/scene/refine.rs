@@ -4,9 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::error::Fault;
-use crate::geometry::Vec2;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::sheet::refine::{LEVEL_MAX, Refinement, plan_elements};
+use kanagata_geometry::Vec2;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
+use kanagata_solver::sheet::refine::{LEVEL_MAX, Refinement, plan_elements};
 
 /// Largest number of entries of `blank.refine`, and of points of a polygon. With twice as many, a scene at the limit takes
 /// four times as long to read.
@@ -247,9 +247,9 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::geometry::Vec3;
-    use crate::scene::blank::blank_mesh;
-    use crate::scene::types::Blank;
+    use crate::blank::blank_mesh;
+    use crate::types::Blank;
+    use kanagata_geometry::Vec3;
 
     fn blank(shape: serde_json::Value, refine: serde_json::Value) -> Blank {
         let blank =
@@ -338,8 +338,8 @@ mod tests {
     /// Hexahedra of a file on their sides and in disorder, with uneven levels: new nodes are means of the corner columns.
     #[test]
     fn hexahedra_of_a_file_are_refined_by_columns() {
-        use crate::solver::sheet::columns::from_hexahedra;
-        use crate::solver::sheet::hex_mesh::rectangle;
+        use kanagata_solver::sheet::columns::from_hexahedra;
+        use kanagata_solver::sheet::hex_mesh::rectangle;
         let mut whole = rectangle(6.0, 4.0, 1.0, 3, 2, 2);
         whole.nodes.iter_mut().filter(|x| x.z == 0.5).for_each(|x| x.z = 0.3 + 0.05 * x.x);
         let lying = |k: usize| [0, 3, 7, 4, 1, 2, 6, 5].map(|n| whole.elements[5 * k % 12][n]);

@@ -3,10 +3,10 @@
 use super::error::Fault;
 use super::plan::Plan;
 use super::types::Blank;
-use crate::geometry::Vec3;
-use crate::solver::assembly::AlongNormal;
-use crate::solver::assembly::Body;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Vec3;
+use kanagata_solver::assembly::AlongNormal;
+use kanagata_solver::assembly::Body;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Sine of the angle to z up to which a normal counts as along z: the precision of files with seven digits for fine
 /// elements.

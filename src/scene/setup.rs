@@ -11,12 +11,12 @@ use super::plan::Plan;
 use super::rolling;
 use super::symmetry_faces::Planes;
 use super::types::{Drive, Place, Side, Tool};
-use crate::contact::ToolSurface;
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::{Curve, Limits, Placement, SheetSide, SimulationSetup, Stage, ToolSetup};
-use crate::tool::ToolModel;
+use kanagata_contact::ToolSurface;
+use kanagata_geometry::Vec3;
+use kanagata_solver::assembly::Body;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
+use kanagata_solver::{Curve, Limits, Placement, SheetSide, SimulationSetup, Stage, ToolSetup};
+use kanagata_tool::ToolModel;
 
 /// Default first and largest increment, as fractions of the stage.
 const FIRST_INCREMENT: f64 = 0.05;
@@ -210,8 +210,8 @@ fn tool_setup(tool: &Tool, side: SheetSide, surface: Arc<ToolSurface>) -> ToolSe
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::test_tools::plane;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::test_tools::plane;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     fn tool(direction: [f64; 3], side: Option<Side>) -> Tool {
         let tool = serde_json::json!({"name": "t", "file": "t.json", "direction": direction});

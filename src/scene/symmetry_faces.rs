@@ -10,10 +10,10 @@
 use std::sync::Arc;
 
 use super::types::{Scene, SymmetryPlane};
-use crate::contact::ToolSurface;
-use crate::geometry::{Aabb, Vec3};
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::tool::Patch;
+use kanagata_contact::ToolSurface;
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_solver::sheet::hex_mesh::HexMesh;
+use kanagata_tool::Patch;
 
 /// Distance of a patch in a symmetry plane, over the size of the tool: the precision of mesh files with few digits. With
 /// twice the value, slits of a tool beside the plane are closed up to twice that width.
@@ -92,14 +92,14 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::contact::test_tools::{arc, plane, revolved};
+    use crate::test_tools::{arc, plane, revolved};
 
     fn planes() -> Planes {
         Planes([0, 1].map(|axis| Plane { axis, at: 0.0, side: 1.0 }).into())
     }
 
     /// Number of patches that remain of a tool.
-    fn left(model: crate::tool::ToolModel, offset: Vec3) -> usize {
+    fn left(model: kanagata_tool::ToolModel, offset: Vec3) -> usize {
         let surface = Arc::new(ToolSurface::new(model));
         let kept = planes().without_symmetry_faces(&surface, &offset);
         kept.patch_bounds().iter().filter(|b| !b.is_empty()).count()

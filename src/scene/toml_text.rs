@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use super::error::SceneError;
-use crate::files::standard::is_stdin;
+use kanagata_files::standard::is_stdin;
 
 /// Whether a scene is in TOML: by the end of its name, or, from standard input, unless it begins as JSON.
 pub(super) fn is_toml(bytes: &[u8], path: &Path) -> bool {

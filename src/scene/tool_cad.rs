@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::error::Fault;
-use crate::tool::selection::FaceSelection;
+use kanagata_tool::selection::FaceSelection;
 
 /// CAD of a tool, from which `kanagata run` makes the tool file. The solver alone does not read it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -10,10 +10,10 @@ pub use super::drive::{Drive, Spring};
 pub use super::output::{Output, Section};
 pub use super::refine::{PlanRegion, Refine};
 pub use super::tool_cad::{SheetSurface, ToolCad};
-use crate::report::record::Quality;
-use crate::solver::element::ElementKind;
-use crate::solver::limits::{ContactMethod, Limits};
-use crate::solver::material::card::MaterialCard;
+use kanagata_report::record::Quality;
+use kanagata_solver::element::ElementKind;
+use kanagata_solver::limits::{ContactMethod, Limits};
+use kanagata_solver::material::card::MaterialCard;
 
 /// A forming process: sheet, material, tools and stages.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -1,7 +1,7 @@
 //! Errors of a run.
 
-use crate::solver::linear::LinearError;
-use crate::solver::newton::outcome::NewtonError;
+use crate::linear::LinearError;
+use crate::newton::outcome::NewtonError;
 
 /// Reason why a run cannot start or continue.
 #[non_exhaustive]

@@ -19,7 +19,7 @@ pub struct Limits {
     /// Maximum number of increments of a run.
     pub increments: usize,
     /// Slip in an increment over which friction rises to the Coulomb force, over the longest element edge; 0: exact
-    /// stick and slip. See [`crate::contact::friction::Coulomb`].
+    /// stick and slip. See [`kanagata_contact::friction::Coulomb`].
     pub friction_transition: f64,
     /// Relative error of the forces from the length of an increment, > 0, above which increments are shortened; `None`:
     /// their length follows the iterations alone.
@@ -59,7 +59,7 @@ impl ContactMethod {
 }
 
 /// Iterations of an easy increment or step: three quarters of the target `wanted`. The next one may be longer.
-pub(in crate::solver) fn easy_iterations(wanted: usize) -> usize {
+pub(crate) fn easy_iterations(wanted: usize) -> usize {
     3 * wanted / 4
 }
 

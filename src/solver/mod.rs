@@ -48,3 +48,8 @@ pub use tools::tool::{Placement, SheetSide, ToolSetup};
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+#[allow(dead_code)] // Some of these shapes are for the tests of other modules.
+#[path = "../contact/test_tools.rs"]
+mod test_tools;

@@ -1,15 +1,13 @@
 //! Reports of increments to the observer of a run.
 
-use crate::solver::contact::candidate::ContactSet;
-use crate::solver::contact::face_penetration::FaceDepths;
-use crate::solver::error::SimulationError;
-use crate::solver::report::{
-    Control, IncrementReport, NodeContact, REPORTED_DEPTH_REL, ToolReport,
-};
-use crate::solver::stage::state::Simulation;
-use crate::solver::system::system::System;
-use crate::solver::tools::motion::Motion;
-use crate::solver::tools::role::Role;
+use crate::contact::candidate::ContactSet;
+use crate::contact::face_penetration::FaceDepths;
+use crate::error::SimulationError;
+use crate::report::{Control, IncrementReport, NodeContact, REPORTED_DEPTH_REL, ToolReport};
+use crate::stage::state::Simulation;
+use crate::system::system::System;
+use crate::tools::motion::Motion;
+use crate::tools::role::Role;
 
 impl Simulation {
     fn tool_report(&self, tool: usize, share: f64) -> ToolReport {
@@ -77,7 +75,7 @@ impl Simulation {
     ///
     /// # Errors
     /// [`SimulationError::Stopped`] if the observer stops the run.
-    pub(in crate::solver) fn report(
+    pub(crate) fn report(
         &mut self,
         stage: usize,
         share: f64,
@@ -97,7 +95,7 @@ impl Simulation {
 }
 
 /// Contact forces on the nodes, three for each node [N].
-pub(in crate::solver) fn contact_forces(sys: &System) -> Vec<f64> {
+pub(crate) fn contact_forces(sys: &System) -> Vec<f64> {
     let mut out = vec![0.0; sys.u.len()];
     let set: &ContactSet = &sys.contact;
     for (_, c) in set.active() {

@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use crate::geometry::Vec3;
-use crate::solver::Simulation;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::tools::role::Role;
-use crate::solver::tools::tool::{SheetSide, Tool, ToolSetup};
+use crate::Simulation;
+use crate::sheet::hex_mesh::HexMesh;
+use crate::tools::role::Role;
+use crate::tools::tool::{SheetSide, Tool, ToolSetup};
+use kanagata_geometry::Vec3;
 
 /// Minimum depth that counts, over the thickness; shape errors of tools are smaller.
 const INSIDE_DEPTH_REL_MIN: f64 = 0.02;

@@ -13,14 +13,14 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::geometry::box_tree::BoxTree;
-use crate::geometry::{Aabb, Vec3};
-use crate::solver::error::SimulationError;
-use crate::solver::sheet::sizes::edge_lengths;
-use crate::solver::simulation::{SimulationSetup, check};
-use crate::solver::stage::state::Simulation;
-use crate::solver::tools::motion::Motion;
-use crate::solver::tools::tool::{SheetSide, ToolSetup};
+use crate::error::SimulationError;
+use crate::sheet::sizes::edge_lengths;
+use crate::simulation::{SimulationSetup, check};
+use crate::stage::state::Simulation;
+use crate::tools::motion::Motion;
+use crate::tools::tool::{SheetSide, ToolSetup};
+use kanagata_geometry::box_tree::BoxTree;
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Growth or lift of the rim over the size of the sheet.
 const RIM_MARGIN_REL: f64 = 0.05;
@@ -211,13 +211,13 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::contact::ToolSurface;
-    use crate::contact::test_tools::{arc, revolved};
-    use crate::solver::assembly::Body;
-    use crate::solver::element::ElementKind;
-    use crate::solver::material::elastic::Elastic;
-    use crate::solver::sheet::hex_mesh::rectangle;
-    use crate::solver::{Constraints, Curve, Limits, Placement, Stage};
+    use crate::assembly::Body;
+    use crate::element::ElementKind;
+    use crate::material::elastic::Elastic;
+    use crate::sheet::hex_mesh::rectangle;
+    use crate::test_tools::{arc, revolved};
+    use crate::{Constraints, Curve, Limits, Placement, Stage};
+    use kanagata_contact::ToolSurface;
 
     /// A quarter of a ball of radius 7 over the corner of a sheet of 4 x 4 x 0.5 in elements of 1 mm.
     fn ball_over_sheet(motion: Motion) -> SimulationSetup {

@@ -1,14 +1,14 @@
 //! Message of a run that did not converge: position, tool, probable cause and remedy.
 
-use crate::solver::error::SimulationError;
-use crate::solver::linear::LinearError;
-use crate::solver::newton::outcome::NewtonError;
-use crate::solver::stage::description::Stage;
-use crate::solver::stage::state::Simulation;
-use crate::solver::system::system::System;
-use crate::solver::tools::motion::Motion;
-use crate::solver::tools::role::Role;
-use crate::solver::tools::way::FACING_COS_MIN;
+use crate::error::SimulationError;
+use crate::linear::LinearError;
+use crate::newton::outcome::NewtonError;
+use crate::stage::description::Stage;
+use crate::stage::state::Simulation;
+use crate::system::system::System;
+use crate::tools::motion::Motion;
+use crate::tools::role::Role;
+use crate::tools::way::FACING_COS_MIN;
 
 fn largest_residual_node(sys: &System) -> usize {
     let forces = sys.unbalanced().map(|force| force.norm_squared()).enumerate();
@@ -30,7 +30,7 @@ fn failed_node(sys: &System, cause: &NewtonError) -> usize {
 }
 
 /// Error of a run without equilibrium in a step from `share` of the stage.
-pub(in crate::solver) fn gave_up(
+pub(crate) fn gave_up(
     sim: &Simulation,
     stage: usize,
     share: f64,

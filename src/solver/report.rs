@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::numbers::COUNT_MAX;
-use crate::solver::active_set::over_edge::OverEdge;
-use crate::solver::assembly::{Body, WorkError};
-use crate::solver::contact::face_penetration::FacePenetration;
-use crate::solver::newton::record::IterationRecord;
-use crate::solver::system::timings::Timings;
+use crate::active_set::over_edge::OverEdge;
+use crate::assembly::{Body, WorkError};
+use crate::contact::face_penetration::FacePenetration;
+use crate::newton::record::IterationRecord;
+use crate::system::timings::Timings;
+use kanagata_geometry::numbers::COUNT_MAX;
 
 /// Depth over the thickness above which overhangs and nodes inside a tool are reported; less changes forces by less than
 /// the mesh does.
@@ -126,7 +126,7 @@ pub struct IncrementReport<'a> {
     pub energies: Energies,
     /// Work of a force at the level of rounding over the size of the sheet [N mm].
     pub rounding_work: f64,
-    /// Volume error as a fraction of the volume of the sheet ([`crate::solver::assembly::Body::volume_balance`]);
+    /// Volume error as a fraction of the volume of the sheet ([`crate::assembly::Body::volume_balance`]);
     /// `None` if the material stores no strains.
     pub volume_balance: Option<f64>,
     /// Overhang of the sheet over the free border of a tool.
@@ -186,7 +186,7 @@ pub struct RunSummary {
 
 impl RunSummary {
     /// Whether the counts are those of a valid run.
-    pub(in crate::solver) fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         let times = &self.timings;
         [
             [self.increments, self.iterations, self.cuts, self.snap_throughs, self.stabilised],

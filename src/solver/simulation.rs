@@ -1,20 +1,20 @@
 //! Driver: computes a sequence of converged increments from a checked model.
 
-use crate::cancel::Cancel;
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::element::Want;
-use crate::solver::error::SimulationError;
-use crate::solver::increment::increment::advance;
-use crate::solver::limits::Limits;
-use crate::solver::newton::record::IterationRecord;
-use crate::solver::observe::contact_forces;
-use crate::solver::report::{Control, Energies, IncrementReport, RunSummary};
-use crate::solver::sheet::supports::Constraints;
-use crate::solver::stage::description::Stage;
-use crate::solver::stage::state::{Committed, Simulation};
-use crate::solver::system::system::System;
-use crate::solver::tools::tool::{Placement, SheetSide, Tool, ToolSetup};
+use crate::assembly::Body;
+use crate::element::Want;
+use crate::error::SimulationError;
+use crate::increment::increment::advance;
+use crate::limits::Limits;
+use crate::newton::record::IterationRecord;
+use crate::observe::contact_forces;
+use crate::report::{Control, Energies, IncrementReport, RunSummary};
+use crate::sheet::supports::Constraints;
+use crate::stage::description::Stage;
+use crate::stage::state::{Committed, Simulation};
+use crate::system::system::System;
+use crate::tools::tool::{Placement, SheetSide, Tool, ToolSetup};
+use kanagata_cancel::Cancel;
+use kanagata_geometry::Vec3;
 
 /// Model of a run.
 pub struct SimulationSetup {
@@ -202,7 +202,7 @@ fn place(tools: &mut [Tool], body: &Body) -> Result<(), SimulationError> {
 ///
 /// # Errors
 /// [`SimulationError::Setup`] for the first part that does not.
-pub(in crate::solver) fn check(setup: &SimulationSetup) -> Result<(), SimulationError> {
+pub(crate) fn check(setup: &SimulationSetup) -> Result<(), SimulationError> {
     let nodes = setup.body.mesh().nodes.len();
     if setup.constraints.len() != nodes {
         return setup_error(format!(
@@ -293,9 +293,9 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::solver::element::ElementKind;
-    use crate::solver::material::elastic::Elastic;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::element::ElementKind;
+    use crate::material::elastic::Elastic;
+    use crate::sheet::hex_mesh::rectangle;
 
     /// A block on a plane, with these loads.
     fn block(loads: Vec<f64>) -> SimulationSetup {

@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::solver::contact::candidate::SavedContact;
-use crate::solver::error::SimulationError;
-use crate::solver::increment::attempt::restore;
-use crate::solver::report::{Energies, RunSummary};
-use crate::solver::stage::state::{Committed, Simulation, UnderWay};
+use crate::contact::candidate::SavedContact;
+use crate::error::SimulationError;
+use crate::increment::attempt::restore;
+use crate::report::{Energies, RunSummary};
+use crate::stage::state::{Committed, Simulation, UnderWay};
 
 /// All quantities that change during a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,17 +25,17 @@ pub struct SimulationState {
 
 impl SimulationState {
     /// Last equilibrium.
-    pub(in crate::solver) fn committed(&self) -> &Committed {
+    pub(crate) fn committed(&self) -> &Committed {
         &self.committed
     }
 
     /// Number of increments done.
-    pub(in crate::solver) fn increments(&self) -> usize {
+    pub(crate) fn increments(&self) -> usize {
         self.summary.increments
     }
 
     /// Work since the start of the run.
-    pub(in crate::solver) fn energies(&self) -> &Energies {
+    pub(crate) fn energies(&self) -> &Energies {
         &self.energies
     }
 }
@@ -49,7 +49,7 @@ impl Simulation {
     }
 
     /// As [`Self::state`], without the history of the material points.
-    pub(in crate::solver) fn state_without_history(&self) -> SimulationState {
+    pub(crate) fn state_without_history(&self) -> SimulationState {
         SimulationState {
             stage: self.stage,
             under_way: self.under_way.clone(),
@@ -99,16 +99,13 @@ impl Simulation {
     }
 
     /// Restores a state of this model, except for the timings.
-    pub(in crate::solver) fn go_back(&mut self, state: SimulationState) -> Result<(), String> {
+    pub(crate) fn go_back(&mut self, state: SimulationState) -> Result<(), String> {
         self.sys.body.import_state(&state.material).map_err(|error| error.to_string())?;
         self.go_back_within(state)
     }
 
     /// As [`Self::go_back`], if the history of the material points has not been committed since.
-    pub(in crate::solver) fn go_back_within(
-        &mut self,
-        state: SimulationState,
-    ) -> Result<(), String> {
+    pub(crate) fn go_back_within(&mut self, state: SimulationState) -> Result<(), String> {
         if !self.sys.contact.resume(&state.contact) {
             return Err(format!("{} contact candidates", state.contact.len()));
         }

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::StudyError;
 use super::follow::history_of;
 use super::proof::{Inputs, Proof, difference, proof};
-use crate::files::{Input, WriteError, sha256_hex, write_atomic};
-use crate::report::record::RunRecord;
+use kanagata_files::{Input, WriteError, sha256_hex, write_atomic};
+use kanagata_report::record::RunRecord;
 
 /// Name of the file in the folder of a case.
 const NAME: &str = "case.json";
@@ -72,7 +72,7 @@ impl CaseFile {
             name: name.to_owned(),
             follows,
             inputs,
-            build: crate::run::build::BUILD.into(),
+            build: kanagata_run::build::BUILD.into(),
             threads,
             expected: None,
         }
@@ -84,7 +84,7 @@ impl CaseFile {
     /// [`StudyError::Io`] when there is none, [`StudyError::Value`] when it is invalid.
     pub fn read(folder: &Path) -> Result<Self, StudyError> {
         let path = folder.join(NAME);
-        let text = crate::files::read(&path, Input::Description)
+        let text = kanagata_files::read(&path, Input::Description)
             .map_err(|source| StudyError::Io { path: path.clone(), source })?;
         let allowed = "a case as a study of this program prepares it";
         let fault = |place: String, found: String| StudyError::Value {
@@ -104,7 +104,7 @@ impl CaseFile {
 
     /// SHA-256 of the file in `folder`; `None` if there is none.
     pub(super) fn digest(folder: &Path) -> Option<String> {
-        crate::files::read(&folder.join(NAME), Input::Description)
+        kanagata_files::read(&folder.join(NAME), Input::Description)
             .ok()
             .map(|text| sha256_hex(&text))
     }
@@ -122,7 +122,7 @@ impl CaseFile {
 
     /// The proof in the case's folder `folder` for these inputs. The history that the case follows is taken as it was.
     pub(super) fn proof(&self, folder: &Path) -> Proof {
-        let recorded = crate::files::read(&folder.join("run/run.json"), Input::Description)
+        let recorded = kanagata_files::read(&folder.join("run/run.json"), Input::Description)
             .ok()
             .and_then(|text| RunRecord::parse(&text).ok());
         let mut inputs = self.inputs.clone();

@@ -10,7 +10,7 @@ use super::file::{Choice, Study};
 use super::follow;
 use super::inputs::{folder_of, relative};
 use super::table_cases::TableRow;
-use crate::scene::read::is_path;
+use kanagata_scene::read::is_path;
 
 /// Largest number of choices; more than 13 of two options each make too many cases. Twice the value would double the
 /// memory for the lists of options of all cases.
@@ -300,8 +300,9 @@ mod tests {
 
     #[test]
     fn every_case_of_the_studies_that_come_with_it_is_a_scene() {
-        use crate::study::read::{Description, read};
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/studies");
+        use crate::read::{Description, read};
+        let folder =
+            Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("fixtures/studies");
         let out = tempfile::tempdir().unwrap();
         let file = out.path().join("scene.json");
         let (mut scenes, own) = (0, Path::new("t"));
@@ -312,7 +313,7 @@ mod tests {
             for quick in [false, true] {
                 for case in cases(&study, &Roots { tools: own, own }, quick) {
                     std::fs::write(&file, case.scene.to_string()).unwrap();
-                    let checked = crate::scene::read::scene_of(&file);
+                    let checked = kanagata_scene::read::scene_of(&file);
                     assert!(checked.is_ok(), "{} {}: {:?}", path.display(), case.id, checked.err());
                     scenes += 1;
                 }

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::files::sha256_hex;
-use crate::geometry::{Vec2, Vec3};
-use crate::report::vtu_read;
+use kanagata_files::sha256_hex;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_report::vtu_read;
 
 /// Thickness along a line: distance in the flat blank [mm] and thickness [mm].
 pub type Profile = Vec<(f64, f64)>;
@@ -103,7 +103,7 @@ pub fn tools(scene: &Value, folder: &Path) -> (usize, Option<f64>) {
     let (mut patches, mut errors) = (0, Vec::new());
     for file in files {
         let file = super::inputs::joined(folder, Path::new(file));
-        let bytes = crate::files::read(&file, crate::files::Input::Tool).unwrap_or_default();
+        let bytes = kanagata_files::read(&file, kanagata_files::Input::Tool).unwrap_or_default();
         let tool: Value = serde_json::from_slice(&bytes).unwrap_or_default();
         let count = |key: &str| tool.get(key).and_then(Value::as_array).map_or(0, Vec::len);
         patches += count("patches") + count("bezier_patches");
@@ -117,9 +117,9 @@ pub fn tools(scene: &Value, folder: &Path) -> (usize, Option<f64>) {
 /// Largest shape error in the audit beside a tool file (`NAME.audit.json`), if the audit is of the same file [mm].
 fn audited(file: &Path, bytes: &[u8]) -> Option<f64> {
     let name = file.file_name()?.to_str()?.strip_suffix(".tool.json")?;
-    let beside = crate::files::read(
+    let beside = kanagata_files::read(
         &file.with_file_name(format!("{name}.audit.json")),
-        crate::files::Input::Description,
+        kanagata_files::Input::Description,
     )
     .ok()?;
     let audit: Value = serde_json::from_slice(&beside).ok()?;
@@ -141,7 +141,7 @@ pub fn pareto_front(points: &[(f64, f64)]) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{DataArray, Vtu};
+    use kanagata_report::{DataArray, Vtu};
 
     #[test]
     fn lines_of_a_formed_sheet_are_found_in_the_flat_blank() {

@@ -49,8 +49,8 @@ pub(super) fn groups(cases: &[&Case], study: &Path, task_s: f64) -> Vec<Group> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::case_file::Expected;
-    use crate::study::proof::Inputs;
+    use crate::case_file::Expected;
+    use crate::proof::Inputs;
 
     #[test]
     fn short_cases_share_a_task_until_it_is_long_enough() {

@@ -8,8 +8,8 @@ use serde_json::Value;
 
 use super::case::Case;
 use super::proof::Inputs;
-use crate::files::{Input, sha256_hex};
-use crate::scene::read::is_path;
+use kanagata_files::{Input, sha256_hex};
+use kanagata_scene::read::is_path;
 
 /// Folder of a case.
 pub(super) fn folder_of(study: &Path, case: &str) -> PathBuf {
@@ -35,7 +35,7 @@ impl Digests {
         if let Some(digest) = known().get(&path) {
             return Ok(digest.clone());
         }
-        let digest = sha256_hex(&crate::files::read(&path, Input::Mesh)?);
+        let digest = sha256_hex(&kanagata_files::read(&path, Input::Mesh)?);
         known().insert(path, digest.clone());
         Ok(digest)
     }
@@ -62,7 +62,7 @@ pub(super) fn inputs(
         let path = joined(&folder, Path::new(file));
         // A history changes while the study runs.
         let digest = if follows {
-            crate::files::read(&path, Input::Mesh).map(|bytes| sha256_hex(&bytes))
+            kanagata_files::read(&path, Input::Mesh).map(|bytes| sha256_hex(&bytes))
         } else {
             digests.of(path.clone())
         };

@@ -24,8 +24,8 @@ use serde_json::Value;
 
 use super::StudyError;
 use super::compare::sheet;
-use crate::files::{Input, write_atomic};
-use crate::report::record::{History, RunRecord};
+use kanagata_files::{Input, write_atomic};
+use kanagata_report::record::{History, RunRecord};
 
 /// Keys and values; the file has the keys in this order.
 pub type Metrics = BTreeMap<String, Value>;
@@ -37,7 +37,7 @@ pub type Metrics = BTreeMap<String, Value>;
 pub fn metrics(folder: &Path) -> Result<Metrics, StudyError> {
     let read = |name: &str| {
         let path = folder.join(name);
-        let text = crate::files::read(&path, Input::Description);
+        let text = kanagata_files::read(&path, Input::Description);
         text.map_err(|source| StudyError::Io { path, source })
     };
     let fault = |name: &str, found: String| StudyError::Value {

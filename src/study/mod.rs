@@ -36,8 +36,8 @@ mod validate;
 
 use std::path::PathBuf;
 
-use crate::files::{WriteError, WrongKind};
-use crate::run::lock::Holder;
+use kanagata_files::{WriteError, WrongKind};
+use kanagata_run::lock::Holder;
 
 /// Why a study cannot be read or run.
 #[non_exhaustive]

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::case_file::CaseFile;
-use crate::files::{Input, WriteError, write_atomic};
+use kanagata_files::{Input, WriteError, write_atomic};
 
 /// Name of the file in the folder of a case.
 const NAME: &str = "outcome.json";
@@ -36,7 +36,7 @@ pub fn record(folder: &Path, exit: u8, message: String) -> Result<(), WriteError
 /// The outcome in `folder`, if it is of the case as it is now.
 #[must_use]
 pub fn read(folder: &Path) -> Option<Outcome> {
-    let text = crate::files::read(&folder.join(NAME), Input::Description).ok()?;
+    let text = kanagata_files::read(&folder.join(NAME), Input::Description).ok()?;
     let outcome: Outcome = serde_json::from_slice(&text).ok()?;
     (CaseFile::digest(folder).as_ref() == Some(&outcome.case)).then_some(outcome)
 }

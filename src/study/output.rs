@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::StudyError;
-use crate::files::write_atomic;
-use crate::report::csv;
-use crate::report::drawing::{Chart, Line};
-use crate::report::page::Page;
-use crate::report::plot::{Axis, Plot, Series, Style};
+use kanagata_files::write_atomic;
+use kanagata_report::csv;
+use kanagata_report::drawing::{Chart, Line};
+use kanagata_report::page::Page;
+use kanagata_report::plot::{Axis, Plot, Series, Style};
 
 /// Writes a CSV table; cells with commas, quotes or line breaks are quoted.
 pub(super) fn write_csv(

@@ -12,10 +12,10 @@ use super::case::Case;
 use super::case_file::{CaseFile, Expected, SCENE};
 use super::follow::ranks;
 use super::inputs::{Digests, folder_of, inputs, scene_text};
-use crate::files::{Input, write_atomic};
-use crate::run::cost::estimate;
-use crate::scene::preview::SheetCounts;
-use crate::scene::read::read_for_check;
+use kanagata_files::{Input, write_atomic};
+use kanagata_run::cost::estimate;
+use kanagata_scene::preview::SheetCounts;
+use kanagata_scene::read::read_for_check;
 
 /// Name of the file with the order of the cases.
 const ORDER: &str = "order.json";
@@ -35,7 +35,7 @@ impl Order {
     /// [`StudyError::Io`] when there is none, [`StudyError::Value`] when it is invalid.
     pub fn read(folder: &Path) -> Result<Self, StudyError> {
         let path = folder.join(ORDER);
-        let text = crate::files::read(&path, Input::Description)
+        let text = kanagata_files::read(&path, Input::Description)
             .map_err(|source| StudyError::Io { path: path.clone(), source })?;
         serde_json::from_slice(&text).map_err(|e| StudyError::Value {
             path,
@@ -110,7 +110,7 @@ fn put_scene(case: &Case, study: &Path) -> Result<PathBuf, StudyError> {
         .map_err(|source| StudyError::Folder { path: folder.clone(), source })?;
     let scene = folder.join(SCENE);
     let text = scene_text(case);
-    if crate::files::read(&scene, Input::Description).ok().as_deref() != Some(text.as_slice()) {
+    if kanagata_files::read(&scene, Input::Description).ok().as_deref() != Some(text.as_slice()) {
         write_atomic(&scene, |w| w.write_all(&text))?;
     }
     Ok(scene)

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::files::Input;
-use crate::report::record::{RunRecord, Verdict};
-use crate::run::build::BUILD;
+use kanagata_files::Input;
+use kanagata_report::record::{RunRecord, Verdict};
+use kanagata_run::build::BUILD;
 
 /// SHA-256 of the scene and of the files it names, by name as in the scene, as in `run.json`.
 pub(super) type Inputs = BTreeMap<String, String>;
@@ -32,7 +32,7 @@ pub(super) fn proof(case: &Path, inputs: &Inputs) -> Proof {
 
 /// The proof as [`proof`] has it, and the record that it is read from.
 pub(super) fn proof_and_record(case: &Path, inputs: &Inputs) -> (Proof, Option<RunRecord>) {
-    let Ok(text) = crate::files::read(&case.join("run/run.json"), Input::Description) else {
+    let Ok(text) = kanagata_files::read(&case.join("run/run.json"), Input::Description) else {
         return (Proof::None, None);
     };
     match RunRecord::parse(&text) {

@@ -10,8 +10,8 @@ use super::patches::{self, PatchStudy};
 use super::stability::StabilityStudy;
 use super::table_cases::{self, CaseTable};
 use super::validate;
-use crate::files::FileKind;
-use crate::scene::comments::without_comments;
+use kanagata_files::FileKind;
+use kanagata_scene::comments::without_comments;
 
 /// Content of a study file.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +29,7 @@ pub enum Description {
 /// # Errors
 /// [`StudyError`] names file, key, what was found and what is allowed.
 pub fn read(path: &Path) -> Result<Description, StudyError> {
-    let bytes = crate::files::read(path, crate::files::Input::Description)
+    let bytes = kanagata_files::read(path, kanagata_files::Input::Description)
         .map_err(|source| StudyError::Io { path: path.to_path_buf(), source })?;
     let mut description = parse(&bytes, path)?;
     if let Description::Forming(study) = &mut description
@@ -49,7 +49,7 @@ pub fn table_file(study: &Study, path: &Path) -> Option<PathBuf> {
 }
 
 fn read_table(path: &Path) -> Result<CaseTable, StudyError> {
-    let text = crate::files::read_text(path, crate::files::Input::Description)
+    let text = kanagata_files::read_text(path, kanagata_files::Input::Description)
         .map_err(|source| StudyError::Io { path: path.to_path_buf(), source })?;
     table_cases::parse(&text).map_err(|(place, found, allowed)| StudyError::Value {
         path: path.to_path_buf(),

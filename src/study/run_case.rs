@@ -6,11 +6,11 @@ use super::StudyError;
 use super::case_file::{CaseFile, SCENE};
 use super::outcome;
 use super::proof::{Inputs, Proof, proof};
-use crate::report::record::RunRecord;
-use crate::run::build::BUILD;
-use crate::run::{Progress, RunError, RunOptions, inputs_of};
-use crate::scene::read::read_with;
-use crate::scene::{Plan, SceneError};
+use kanagata_report::record::RunRecord;
+use kanagata_run::build::BUILD;
+use kanagata_run::{Progress, RunError, RunOptions, inputs_of};
+use kanagata_scene::read::read_with;
+use kanagata_scene::{Plan, SceneError};
 
 /// Why a case cannot be run to its end.
 #[derive(Debug, thiserror::Error)]
@@ -113,12 +113,12 @@ fn solve(
     let options = RunOptions { restart: false, overwrite: true, keep_complete: true, ..options };
     if restart {
         let resumed = RunOptions { restart: true, overwrite: false, ..options.clone() };
-        match crate::run::run(plan, &scene, &output, &resumed, watch) {
+        match kanagata_run::run(plan, &scene, &output, &resumed, watch) {
             Err(RunError::Checkpoint(_)) => {}
             ended => return case_end(ended),
         }
     }
-    case_end(crate::run::run(plan, &scene, &output, &options, watch))
+    case_end(kanagata_run::run(plan, &scene, &output, &options, watch))
 }
 
 /// A run that another process has completed since the proof was read is as good as an own one.

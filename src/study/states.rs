@@ -9,8 +9,8 @@ use super::inputs::{Digests, folder_of, inputs};
 use super::outcome;
 use super::proof::{Proof, proof_and_record};
 use super::runner::tickets::Tickets;
-use crate::report::record::RunRecord;
-use crate::run::lock;
+use kanagata_report::record::RunRecord;
+use kanagata_run::lock;
 
 /// State of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

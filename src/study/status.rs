@@ -11,9 +11,9 @@ use super::outcome;
 use super::prepare::Order;
 use super::proof::Proof;
 use super::runner::tickets::{Submission, Tickets};
-use crate::report::record::QualityVerdict;
-use crate::run::lock;
-use crate::run::status::status as run_status;
+use kanagata_report::record::QualityVerdict;
+use kanagata_run::lock;
+use kanagata_run::status::status as run_status;
 
 /// State of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

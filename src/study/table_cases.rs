@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::case::{CASES_MAX, NAME_MAX, allowed_words, is_word};
-use crate::report::csv;
-use crate::scene::error::Fault;
-use crate::scene::set_value::SetValue;
+use kanagata_report::csv;
+use kanagata_scene::error::Fault;
+use kanagata_scene::set_value::SetValue;
 
 /// Largest number of columns after the first. The check of a study makes the scene of a faulty row once per column; twice the
 /// value would double its time.

@@ -8,7 +8,7 @@ use super::case::Case;
 use super::cases::{Roots, base_scene, case_of_row};
 use super::file::Study;
 use super::table_cases::{CaseTable, TableRow};
-use crate::scene::error::Fault;
+use kanagata_scene::error::Fault;
 
 /// Name of the table in messages, and its content; `None` without a table.
 fn table_of(study: &Study) -> Option<(&str, &CaseTable)> {

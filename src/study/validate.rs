@@ -10,8 +10,8 @@ use super::cases::{CASE_MARK, CHOICES_MAX, Roots, each_case, ids};
 use super::file::Study;
 use super::follow;
 use super::table_check;
-use crate::scene::error::Fault;
-use crate::scene::read::check_value;
+use kanagata_scene::error::Fault;
+use kanagata_scene::read::check_value;
 
 /// Checks a study and the scene of every case, without and with `--quick`. Of a study whose table is not read, only what
 /// does not depend on its cases is checked.

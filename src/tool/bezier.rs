@@ -4,7 +4,7 @@
 //! which Eq. 15 makes that term vanish.
 
 use super::patch::Patch;
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// The biquadratic Bezier patch identical to a Nagata patch: Eq. 15 for a quadrilateral. A triangle becomes a patch
 /// whose side at `eta = 0` is its first corner: with `zeta = eta v` Eq. 9 is quadratic in `eta` and in `v`. A Bezier
@@ -48,11 +48,7 @@ pub fn monomial(degrees: [usize; 2], points: &[Vec3]) -> Vec<Vec3> {
 }
 
 /// Applies `change` to every row, then to every column of a net, (i, j) at `i (m + 1) + j`.
-pub(crate) fn along_both(
-    [n, m]: [usize; 2],
-    net: &[Vec3],
-    change: impl Fn(&mut [Vec3]),
-) -> Vec<Vec3> {
+pub fn along_both([n, m]: [usize; 2], net: &[Vec3], change: impl Fn(&mut [Vec3])) -> Vec<Vec3> {
     let mut net = net.to_vec();
     net.chunks_exact_mut(m + 1).for_each(&change);
     let mut column = vec![Vec3::zeros(); n + 1];

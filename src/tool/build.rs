@@ -7,8 +7,8 @@ pub use super::error::ToolError;
 use super::edge::{EdgeFault, EdgeRule, edge_curve};
 use super::model::{GivenCurve, PatchCorners, ToolKind, ToolModel};
 use super::patch::Patch;
-use crate::geometry::Vec3;
-use crate::geometry::numbers::{first_fault, point_fault};
+use kanagata_geometry::Vec3;
+use kanagata_geometry::numbers::{first_fault, point_fault};
 
 /// An edge replaced by its chord by the edge guard.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]

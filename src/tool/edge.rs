@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// How edges are curved.
 #[derive(

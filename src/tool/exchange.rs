@@ -7,8 +7,8 @@ use super::build::{EdgeChoice, ToolError, build, edge_ends};
 use super::edge::{EdgeRule, edge_curve, nearest_coefficient};
 use super::model::{GivenCurve, PatchCorners, ToolKind, ToolModel};
 use super::patch::Patch;
-use crate::geometry::frame::unit;
-use crate::geometry::{Aabb, Vec3};
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::{Aabb, Vec3};
 
 /// The identical shape as biquadratic Bezier patches (Eq. 15); a Bezier model is unchanged.
 #[must_use]

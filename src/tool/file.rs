@@ -11,9 +11,9 @@ use super::model::{GivenCurve, PatchCorners, ToolKind, ToolModel};
 use super::patch::{MAX_DEGREE, Patch};
 pub use super::provenance::Provenance;
 use super::side::corners;
-use crate::files::{FileKind, WriteError, WrongKind, write_atomic};
-use crate::geometry::numbers::first_fault;
-use crate::geometry::{Aabb, Vec3};
+use kanagata_files::{FileKind, WriteError, WrongKind, write_atomic};
+use kanagata_geometry::numbers::first_fault;
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Largest gap between borders of faces of one surface, relative to the size of the model.
 pub const BORDER_GAP_MAX_REL: f64 = 0.01;
@@ -158,7 +158,7 @@ pub struct LoadedTool {
 /// # Errors
 /// [`ToolFileError`] with file, location, finding and admissible values.
 pub fn read(path: &Path) -> Result<LoadedTool, ToolFileError> {
-    let bytes = crate::files::read(path, crate::files::Input::Tool)
+    let bytes = kanagata_files::read(path, kanagata_files::Input::Tool)
         .map_err(|source| ToolFileError::Io { path: path.to_path_buf(), source })?;
     parse(&bytes, path)
 }
@@ -191,7 +191,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<LoadedTool, ToolFileError> {
     let (model, straight_edges) = file
         .into_model()
         .map_err(|cause| ToolFileError::Content { path: path.to_path_buf(), cause })?;
-    let sha256 = crate::files::sha256_hex(bytes);
+    let sha256 = kanagata_files::sha256_hex(bytes);
     Ok(LoadedTool { model, straight_edges, provenance, edges, sha256 })
 }
 

@@ -1,6 +1,6 @@
 //! Tool model in memory: the contents of a tool file, and the patches derived from it.
 
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// What the patches of a tool model are.
 #[derive(

@@ -1,6 +1,6 @@
 //! Evaluation of patches of any type.
 
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// Point and derivatives of a patch at `(eta, zeta)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +34,7 @@ impl PatchDerivs {
         } else {
             self.d1.cross(&self.d2)
         };
-        crate::geometry::frame::unit(cross)
+        kanagata_geometry::frame::unit(cross)
     }
 }
 
@@ -150,7 +150,7 @@ fn bezier(degrees: [usize; 2], points: &[Vec3], e: f64, z: f64) -> PatchDerivs {
 pub const MAX_DEGREE: usize = 6;
 
 /// Bernstein polynomials of degree n (Eq. 2) and their first two derivatives at t.
-pub(crate) fn bernstein(n: usize, t: f64) -> [[f64; MAX_DEGREE + 1]; 3] {
+pub fn bernstein(n: usize, t: f64) -> [[f64; MAX_DEGREE + 1]; 3] {
     let rise = |degree: usize| {
         let mut b = [0.0; MAX_DEGREE + 1];
         b[0] = 1.0;
@@ -248,7 +248,7 @@ mod tests {
             let inside = at.map(|t| 0.5 + (t - 0.5) * 0.999_999);
             let (limit, near) = (patch.normal(at[0], at[1]), patch.normal(inside[0], inside[1]));
             assert!((limit.unwrap() - near.unwrap()).norm() < 1e-5, "{at:?}");
-            (degrees, points) = crate::tool::bezier::turned(degrees, &points);
+            (degrees, points) = crate::bezier::turned(degrees, &points);
         }
     }
 

@@ -3,8 +3,8 @@
 use rustc_hash::FxHashMap;
 
 use super::Patch;
-use crate::geometry::golden::minimize;
-use crate::geometry::{Aabb, Vec3};
+use kanagata_geometry::golden::minimize;
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Number of intervals in which the nearest point is bracketed.
 const INTERVALS: usize = 16;

@@ -66,6 +66,13 @@ struct Found {
     /// Paths that are passed on, and under which name.
     passed_on: Vec<(Module, String)>,
     children: BTreeSet<String>,
+    /// Children that are crates of their own, passed on as `pub use kanagata_x as x;`.
+    crates: BTreeSet<String>,
+}
+
+/// The module that a crate of the workspace is, by the name of the crate.
+fn crate_module(name: &str) -> Option<&str> {
+    name.strip_prefix("kanagata_")
 }
 
 fn parsed(file: &Path) -> syn::File {
@@ -83,7 +90,10 @@ fn walk(
 ) {
     let mut collected = Collected { tests, ..Collected::default() };
     collected.visit_file(&parsed(file));
-    for child in &collected.children {
+    let passed_whole = collected.passed_on.iter().filter(|(path, _)| path.len() == 1);
+    let crates: BTreeSet<String> =
+        passed_whole.filter_map(|(path, _)| crate_module(&path[0]).map(str::to_owned)).collect();
+    for child in collected.children.iter().chain(&crates) {
         let of_folder = folder.join(child).join("mod.rs");
         let file = if of_folder.exists() { of_folder } else { folder.join(format!("{child}.rs")) };
         module.push(child.clone());
@@ -91,7 +101,7 @@ fn walk(
         module.pop();
     }
     let Collected { paths, passed_on, children, .. } = collected;
-    let found = Found { file: file.to_path_buf(), paths, passed_on, children };
+    let found = Found { file: file.to_path_buf(), paths, passed_on, children, crates };
     all.insert(module.clone(), found);
 }
 
@@ -203,9 +213,14 @@ fn leaves(tree: &syn::UseTree, path: &mut Module, all: &mut Vec<(Module, String)
 fn absolute(module: &Module, path: &Module, all: &BTreeMap<Module, Found>) -> Option<Module> {
     let mut base = module.clone();
     let mut rest = &path[..];
+    let is_crate = |name: &str| all[&Module::new()].crates.contains(name);
     match rest.first()?.as_str() {
         "crate" => {
-            base.clear();
+            base.truncate(usize::from(base.first().is_some_and(|top| is_crate(top))));
+            rest = &rest[1..];
+        }
+        other if crate_module(other).is_some_and(is_crate) => {
+            base = vec![crate_module(other)?.to_owned()];
             rest = &rest[1..];
         }
         "self" => rest = &rest[1..],

@@ -12,11 +12,11 @@ use rayon::prelude::*;
 use super::reference::{BorderEdge, ReferenceSurface};
 use super::report::Borders;
 use super::side::Side;
-use crate::geometry::box_tree::BoxTree;
-use crate::geometry::golden::minimize;
-use crate::geometry::{Aabb, Vec3};
-use crate::tool::ToolModel;
-use crate::tool::side::SideCurve;
+use kanagata_geometry::box_tree::BoxTree;
+use kanagata_geometry::golden::minimize;
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_tool::ToolModel;
+use kanagata_tool::side::SideCurve;
 
 /// Minimum number of intervals per side or edge.
 const INTERVALS_MIN: usize = 16;

@@ -1,14 +1,14 @@
 use std::f64::consts::TAU;
 
-use crate::audit::page::page;
-use crate::audit::{Audit, AuditOptions, CadReference, ReferenceSurface, audit, doubts};
-use crate::cad::Model;
-use crate::cad::query_tests::shapes::{holed_square, joined, sphere, whole};
-use crate::cad::raw::LostFace;
-use crate::geometry::nurbs::Surface;
-use crate::geometry::{Frame, Vec3};
-use crate::report::doubt::DoubtCode;
-use crate::tool::{Patch, ToolKind, ToolModel};
+use crate::page::page;
+use crate::shapes::{holed_square, joined, sphere, whole};
+use crate::{Audit, AuditOptions, CadReference, ReferenceSurface, audit, doubts};
+use kanagata_cad::Model;
+use kanagata_cad::raw::LostFace;
+use kanagata_geometry::nurbs::Surface;
+use kanagata_geometry::{Frame, Vec3};
+use kanagata_report::doubt::DoubtCode;
+use kanagata_tool::{Patch, ToolKind, ToolModel};
 
 /// Radius of the hole [mm].
 const HOLE: f64 = 20.0;

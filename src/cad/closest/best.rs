@@ -1,6 +1,6 @@
 //! Best candidate of a closest-point search on faces.
 
-use crate::geometry::Vec2;
+use kanagata_geometry::Vec2;
 
 /// The closest point found, by squared distance [mm^2].
 pub(super) struct Best {

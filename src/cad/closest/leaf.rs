@@ -3,9 +3,9 @@
 
 use super::best::Best;
 use super::piece::{MemoryBudget, Piece, pieces_of};
-use crate::cad::model::{Analytic, Face};
-use crate::cad::trim_region::TrimRegion;
-use crate::geometry::{Aabb, Vec3};
+use crate::model::{Analytic, Face};
+use crate::trim_region::TrimRegion;
+use kanagata_geometry::{Aabb, Vec3};
 
 /// A face, or a rectangle of one.
 pub(super) enum Leaf {

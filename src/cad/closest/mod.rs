@@ -10,9 +10,9 @@ mod tests;
 
 use super::model::{EdgeUse, Face, Foot, FootLocation, Model};
 use super::trim_region::TrimRegion;
-use crate::geometry::box_tree::BoxTree;
-use crate::geometry::{Aabb, Vec2, Vec3};
 use best::Best;
+use kanagata_geometry::box_tree::BoxTree;
+use kanagata_geometry::{Aabb, Vec2, Vec3};
 use leaf::{Leaf, leaves_of};
 use piece::MemoryBudget;
 use span::{Span, spans_of};
@@ -51,7 +51,7 @@ const COINCIDENCE_TOLERANCE_REL: f64 = 1e-9;
 
 /// The closest point on the edges of a face.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct EdgeFoot {
+pub struct EdgeFoot {
     /// The edge.
     pub edge: usize,
     /// Parameter on its curve, over its domain: 0 to 1.
@@ -116,7 +116,7 @@ impl<'m> ClosestPoint<'m> {
     }
 
     /// True when `uv` is inside the trimmed region of a face or on its border.
-    pub(crate) fn region_contains(&self, face: usize, uv: Vec2) -> bool {
+    pub fn region_contains(&self, face: usize, uv: Vec2) -> bool {
         self.regions[face].contains(uv)
     }
 
@@ -200,7 +200,7 @@ impl<'m> ClosestPoint<'m> {
     }
 
     /// Point of the edges of a face closest to `p`; `None` for a face without edges.
-    pub(crate) fn closest_edge_of_face(&self, face: usize, p: &Vec3) -> Option<EdgeFoot> {
+    pub fn closest_edge_of_face(&self, face: usize, p: &Vec3) -> Option<EdgeFoot> {
         let (ids, tree) = self.face_spans.get(face)?;
         let mut search = Search::new(p);
         tree.nearest(p, f64::INFINITY, |k, _| {

@@ -5,12 +5,12 @@ use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 
 use super::best::Best;
-use crate::cad::model::Face;
-use crate::cad::trim_region::TrimRegion;
-use crate::geometry::frame::unit;
-use crate::geometry::nurbs::newton::{Bounds, bounded_step, descend};
-use crate::geometry::nurbs::{Surface, SurfaceDerivs};
-use crate::geometry::{Aabb, Vec2, Vec3};
+use crate::model::Face;
+use crate::trim_region::TrimRegion;
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::nurbs::newton::{Bounds, bounded_step, descend};
+use kanagata_geometry::nurbs::{Surface, SurfaceDerivs};
+use kanagata_geometry::{Aabb, Vec2, Vec3};
 
 /// Largest turning angle of the control polygons across a rectangle [rad]. Doubled: half the rectangles per direction,
 /// more subdivision per query.

@@ -1,8 +1,8 @@
 //! Short pieces of edge curves with point projection.
 
 use super::piece::polygon_turning;
-use crate::geometry::nurbs::{Curve3, CurveDerivs};
-use crate::geometry::{Aabb, Vec3};
+use kanagata_geometry::nurbs::{Curve3, CurveDerivs};
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Largest turning angle of the control polygon of a piece [rad].
 const TURNING_MAX_RAD: f64 = 0.4;

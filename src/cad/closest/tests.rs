@@ -4,8 +4,10 @@ use super::*;
 use std::path::Path;
 
 fn model(name: &str) -> Model {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming").join(name);
-    crate::cad::read(&path).unwrap().0
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .join("fixtures/forming")
+        .join(name);
+    crate::read(&path).unwrap().0
 }
 
 /// Points of all faces on a grid of the parameter plane, inside the trimming loops.

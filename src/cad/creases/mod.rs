@@ -8,8 +8,8 @@ mod tests;
 use self::split::Line;
 pub(super) use self::split::faces as nested_faces;
 use super::loops::Side;
-use crate::geometry::Vec2;
-use crate::geometry::nurbs::Surface;
+use kanagata_geometry::Vec2;
+use kanagata_geometry::nurbs::Surface;
 
 /// Angle between the normals on both sides of a knot line above which it is a crease [rad]: 10 degrees. Doubled: softer
 /// creases remain inside a face.

@@ -1,8 +1,8 @@
 //! Splits the loops of a face along an isoparametric line and closes both halves along it.
 
-use crate::cad::loops::{Side, signed_area};
-use crate::geometry::nurbs::Surface;
-use crate::geometry::{Aabb, Vec2, Vec3};
+use crate::loops::{Side, signed_area};
+use kanagata_geometry::nurbs::Surface;
+use kanagata_geometry::{Aabb, Vec2, Vec3};
 
 /// Extent of a part across the line, relative to the face, below which the split is rejected as a sliver.
 const SLIVER_WIDTH_REL: f64 = 1e-3;
@@ -35,7 +35,7 @@ pub(super) struct Halves {
 }
 
 /// Loops of a face, outer loop first.
-pub(in crate::cad) type Loops = Vec<Vec<Side>>;
+pub(crate) type Loops = Vec<Vec<Side>>;
 
 /// A side that does not cross the line, and whether it belongs to the upper half.
 type Piece = (Side, bool);
@@ -150,7 +150,7 @@ impl Line<'_> {
         let forward = ends[1][1 - self.axis] > ends[0][1 - self.axis];
         // Left of +v is -u, left of +u is +v.
         let upper = forward == (self.axis == 1);
-        (Side { path: crate::geometry::nurbs::Curve2::line(ends[0], ends[1]), ..side }, upper)
+        (Side { path: kanagata_geometry::nurbs::Curve2::line(ends[0], ends[1]), ..side }, upper)
     }
 
     /// Faces of one half, and the ranges of the free parameter in which the line closes them.
@@ -239,7 +239,7 @@ fn crossing(test: impl Fn(f64) -> bool, mut from: f64, mut to: f64) -> f64 {
 }
 
 /// Groups loops to faces: each outer loop with the holes inside it.
-pub(in crate::cad) fn faces(loops: Vec<Vec<Side>>) -> Option<Vec<Loops>> {
+pub(crate) fn faces(loops: Vec<Vec<Side>>) -> Option<Vec<Loops>> {
     let (outer, holes): (Vec<_>, Vec<_>) = loops.into_iter().partition(|l| signed_area(l) > 0.0);
     let mut faces: Vec<Loops> = outer.into_iter().map(|l| vec![l]).collect();
     for hole in holes {

@@ -2,12 +2,12 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use crate::cad::Model;
-use crate::cad::build::{Creases, build, build_with};
-use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
-use crate::geometry::Vec2;
-use crate::geometry::Vec3;
-use crate::geometry::nurbs::{Curve2, Surface};
+use crate::Model;
+use crate::build::{Creases, build, build_with};
+use crate::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
+use kanagata_geometry::Vec2;
+use kanagata_geometry::Vec3;
+use kanagata_geometry::nurbs::{Curve2, Surface};
 
 /// A roof of 60 by 60 mm over u in [0, 2] and v in [0, 1] with three equal knots at u = 1, where it bends by twice
 /// `angles[j]` at the j-th control point along v.
@@ -66,7 +66,7 @@ fn a_ridge_cuts_its_face_in_two() {
     assert!((area(&model) - 3600.0 * 2f64.sqrt()).abs() < 1e-6);
     assert!(said[0].contains("u = 1 (90.0 degrees); split there into 2 faces"), "{said:?}");
     for face in &model.faces {
-        let along = |f: &crate::cad::model::Face| f.normal(Vec2::new(1.0, 0.5)).unwrap();
+        let along = |f: &crate::model::Face| f.normal(Vec2::new(1.0, 0.5)).unwrap();
         assert!((along(face).x.abs() - 0.5f64.sqrt()).abs() < 1e-9);
     }
     assert!(model.faces[0].normal(Vec2::new(1.0, 0.5)).unwrap().x < 0.0);

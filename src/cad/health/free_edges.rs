@@ -5,10 +5,10 @@ use rayon::prelude::*;
 use super::{
     FreeEdge, GAP_MAX_REL, GAP_PROJECTIONS_MIN, GAP_PROJECTIONS_TOTAL, GAP_SAMPLES, samples,
 };
-use crate::cad::Model;
-use crate::geometry::box_tree::BoxTree;
-use crate::geometry::nurbs::CurveProjector;
-use crate::geometry::{Aabb, Vec3};
+use crate::Model;
+use kanagata_geometry::box_tree::BoxTree;
+use kanagata_geometry::nurbs::CurveProjector;
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Search structure for the gaps between free edges.
 struct Gaps {

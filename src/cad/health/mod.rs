@@ -11,8 +11,8 @@ use super::area::Measured;
 use super::model::{Edge, Face, Model};
 use super::raw::LostFace;
 use super::topology::{Piece, join, lies_along};
-use crate::geometry::nurbs::CurveProjector;
-use crate::geometry::{Aabb, Vec3};
+use kanagata_geometry::nurbs::CurveProjector;
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Number of sample points per edge for the gap measurement.
 const GAP_SAMPLES: usize = 17;

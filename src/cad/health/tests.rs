@@ -1,15 +1,16 @@
 //! Tests of model defects.
 
-use crate::cad::model::Edge;
-use crate::cad::query_tests::shapes::whole;
-use crate::cad::{Model, read};
-use crate::geometry::Affine;
-use crate::geometry::nurbs::{Curve3, Surface};
+use crate::model::Edge;
+use crate::query_tests::shapes::whole;
+use crate::{Model, read};
+use kanagata_geometry::Affine;
+use kanagata_geometry::nurbs::{Curve3, Surface};
 
 use super::*;
 
 fn fixture(name: &str) -> Model {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming");
+    let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .join("fixtures/forming");
     read(&folder.join(name)).unwrap().0
 }
 

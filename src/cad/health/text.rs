@@ -1,7 +1,7 @@
 //! Text report of model defects.
 
 use super::{COMPARISONS_MAX, Health};
-use crate::cad::Model;
+use crate::Model;
 
 /// Maximum number of entries listed individually.
 const LISTED_MAX: usize = 10;
@@ -119,7 +119,7 @@ impl Health {
             lines.push(format!(
                 "  not done    area of {}: not converged in {} evaluations per control point",
                 names(model, &self.unmeasured_faces),
-                crate::cad::area::EVALUATIONS_PER_POINT
+                crate::area::EVALUATIONS_PER_POINT
             ));
         }
         lines

@@ -4,8 +4,8 @@ use super::file::Fault;
 use super::reader::{Reader, mirrors, similarity};
 use super::surface::BasisSurface;
 use super::uv::UvMap;
-use crate::cad::raw::RawSurface;
-use crate::geometry::{Affine, Frame, Vec3};
+use crate::raw::RawSurface;
+use kanagata_geometry::{Affine, Frame, Vec3};
 
 impl Reader<'_, '_> {
     /// Plane (108): A x + B y + C z = D, boundary curve DE or 0, display symbol. The entity defines no parametrisation.

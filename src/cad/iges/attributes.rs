@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::marks::Marks;
 use super::reader::Reader;
-use crate::cad::attributes::{Attributes, BASIC_COLOURS, Name, Style, name, rgb};
+use crate::attributes::{Attributes, BASIC_COLOURS, Name, Style, name, rgb};
 
 /// Largest number of property pointers at the end of a record that are looked for.
 const PROPERTIES_MAX: usize = 16;

@@ -7,9 +7,9 @@ use super::file::Fault;
 use super::params::Params;
 use super::reader::{ListedEdge, Reader, mirrors};
 use super::surface::BasisSurface;
-use crate::cad::raw::{RawEdge, RawFace};
-use crate::geometry::nurbs::Curve3;
-use crate::geometry::{Affine, Vec3};
+use crate::raw::{RawEdge, RawFace};
+use kanagata_geometry::nurbs::Curve3;
+use kanagata_geometry::{Affine, Vec3};
 
 /// A shell to be read: its entity, and whether its faces are reversed.
 #[derive(Debug, Clone, Copy)]
@@ -105,7 +105,7 @@ impl Reader<'_, '_> {
         entity: usize,
         p: &mut Params<'_, '_>,
         basis: &BasisSurface,
-    ) -> Result<Option<crate::geometry::nurbs::Curve2>, Fault> {
+    ) -> Result<Option<kanagata_geometry::nurbs::Curve2>, Fault> {
         let count = p.count("number of parameter curves", 2)?;
         let mut pieces = Vec::new();
         for _ in 0..count {

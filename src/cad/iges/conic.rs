@@ -5,8 +5,8 @@ use nalgebra::{Matrix2, Matrix3, SymmetricEigen};
 use super::curves::{Piece, Shape, arc_range};
 use super::file::Fault;
 use super::reader::Reader;
-use crate::geometry::nurbs::Curve3;
-use crate::geometry::{Frame, Vec2, Vec3};
+use kanagata_geometry::nurbs::Curve3;
+use kanagata_geometry::{Frame, Vec2, Vec3};
 
 /// `A x^2 + B x y + C y^2 + D x + E y + F = 0` as a symmetric form of (x, y, 1).
 struct Conic {

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use super::file::{Fault, PIECE_COST};
 use super::reader::{POINTER_DEPTH_MAX, Reader, similarity};
-use crate::geometry::nurbs::{Curve2, Curve3, NurbsError};
-use crate::geometry::{Affine, Frame, Vec2, Vec3};
+use kanagata_geometry::nurbs::{Curve2, Curve3, NurbsError};
+use kanagata_geometry::{Affine, Frame, Vec2, Vec3};
 
 /// Entity types that are curves.
 pub(super) const CURVES: [u32; 8] = [100, 102, 104, 106, 110, 112, 126, 130];

@@ -2,9 +2,9 @@
 
 use super::surface::BasisSurface;
 use super::uv::{UvMap, point_on};
-use crate::cad::raw::{RawEdge, RawSurface};
-use crate::geometry::nurbs::{Curve2, Curve3};
-use crate::geometry::{Vec2, Vec3};
+use crate::raw::{RawEdge, RawSurface};
+use kanagata_geometry::nurbs::{Curve2, Curve3};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// An edge whose parameter curve is not yet in the parameters of the raw surface.
 #[derive(Debug, Clone, Default)]

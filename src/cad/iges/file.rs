@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use super::cards::{self, Cards};
 use super::directory::{self, Directory, Entry};
 use super::global::{self, Global};
-use crate::cad::raw::max_sides;
-use crate::cad::{Diagnostic, Severity};
+use crate::raw::max_sides;
+use crate::{Diagnostic, Severity};
 
 /// Parameters that may be read beyond eight times the file, for instances and shared entities. Doubled: twice the
 /// longest time of a file with self-multiplying pointers.

@@ -6,9 +6,9 @@ use rustc_hash::FxHashMap;
 
 use super::file::Fault;
 use super::reader::Reader;
-use crate::cad::attributes::{Body, BodyKind, Name, Style, path_below};
-use crate::cad::raw::{LostFace, RawFace};
-use crate::geometry::Affine;
+use crate::attributes::{Body, BodyKind, Name, Style, path_below};
+use crate::raw::{LostFace, RawFace};
+use kanagata_geometry::Affine;
 
 /// Faces and curves found.
 #[derive(Default)]

@@ -2,15 +2,15 @@
 
 use nalgebra::Vector4;
 
-use crate::geometry::Vec3;
-use crate::geometry::nurbs::{Curve3, NurbsError};
+use kanagata_geometry::Vec3;
+use kanagata_geometry::nurbs::{Curve3, NurbsError};
 
 /// Concatenates curves, each with its own parameter length, from parameter 0. Degrees are raised to the highest; where
 /// end points differ, the earlier one is used.
 ///
 /// # Errors
 /// [`NurbsError`] for an empty list.
-pub(in crate::cad) fn join(curves: &[Curve3]) -> Result<Curve3, NurbsError> {
+pub(crate) fn join(curves: &[Curve3]) -> Result<Curve3, NurbsError> {
     let degree = curves.iter().map(Curve3::degree).max().unwrap_or(0);
     let mut net: Vec<Vector4<f64>> = Vec::new();
     let mut knots = vec![0.0; degree + 1];

@@ -3,8 +3,8 @@
 use super::curves::CURVES;
 use super::file::Fault;
 use super::reader::Reader;
-use crate::geometry::nurbs::Curve3;
-use crate::geometry::{Affine, Mat3, Vec3};
+use kanagata_geometry::nurbs::Curve3;
+use kanagata_geometry::{Affine, Mat3, Vec3};
 
 /// Curves of a file at most.
 const CURVES_MAX: usize = 20_000;

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::cad::attributes::Name;
+use crate::attributes::Name;
 
 /// What entities refer to, read once.
 #[derive(Debug, Default)]

@@ -17,7 +17,7 @@ mod edges;
 mod file;
 mod found;
 mod global;
-pub(in crate::cad) mod join;
+pub(crate) mod join;
 mod loose;
 mod marks;
 mod names;
@@ -34,7 +34,7 @@ mod swept;
 mod tests;
 mod token;
 mod trimming;
-pub(in crate::cad) mod uv;
+pub(crate) mod uv;
 
 use std::collections::BTreeMap;
 
@@ -42,7 +42,7 @@ use self::file::{Fault, File};
 use self::reader::Reader;
 use super::raw::RawModel;
 use super::{CadError, Diagnostic, Severity};
-use crate::geometry::nurbs::Curve3;
+use kanagata_geometry::nurbs::Curve3;
 
 /// Parses the bytes of an IGES file; `name` is used in messages. Lengths of the result are in mm, angles in rad.
 ///

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::curves::CURVES;
 use super::file::File;
 use super::surface::SURFACES;
-use crate::cad::{Diagnostic, Severity};
+use crate::{Diagnostic, Severity};
 
 /// Entity types that are read.
 const READ: [u32; 22] = [

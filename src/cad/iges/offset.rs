@@ -6,11 +6,11 @@ use super::file::Fault;
 use super::reader::{POINTER_DEPTH_MAX, Reader, similarity};
 use super::surface::BasisSurface;
 use super::uv::point_on;
-use crate::cad::native::Native;
-use crate::cad::raw::RawSurface;
-use crate::geometry::frame::unit;
-use crate::geometry::nurbs::Curve3;
-use crate::geometry::{Affine, Vec2, Vec3};
+use crate::native::Native;
+use crate::raw::RawSurface;
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::nurbs::Curve3;
+use kanagata_geometry::{Affine, Vec2, Vec3};
 
 /// Accuracy of fitted offset curves relative to the size of the curve.
 const FIT_TOLERANCE_REL: f64 = 1e-8;

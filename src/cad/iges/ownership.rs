@@ -3,7 +3,7 @@
 use super::file::Fault;
 use super::params::Params;
 use super::reader::Reader;
-use crate::geometry::Affine;
+use kanagata_geometry::Affine;
 
 /// Dependencies between entities.
 pub(super) struct Ownership {

@@ -2,7 +2,7 @@
 
 use super::file::{Fault, File};
 use super::token::{self, Token, integer, real};
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// Parameters of one entity; fields are numbered from 1 after the type number.
 pub(super) struct Params<'f, 'a> {

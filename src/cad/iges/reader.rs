@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 
 use super::file::{Fault, File};
 use super::marks::Marks;
-use crate::geometry::{Affine, Mat3, Vec3};
+use kanagata_geometry::{Affine, Mat3, Vec3};
 
 /// Maximum pointer depth of one kind. Doubled: no valid file is affected.
 pub(super) const POINTER_DEPTH_MAX: usize = 24;

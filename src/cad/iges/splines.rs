@@ -3,8 +3,8 @@
 use super::curves::{Piece, Shape};
 use super::file::Fault;
 use super::reader::Reader;
-use crate::geometry::Vec3;
-use crate::geometry::nurbs::Curve3;
+use kanagata_geometry::Vec3;
+use kanagata_geometry::nurbs::Curve3;
 
 impl Reader<'_, '_> {
     /// Rational B-spline curve (126): K, M, PROP1-4, K+M+2 knots, K+1 weights, K+1 points, V0, V1.
@@ -95,7 +95,7 @@ pub(super) fn power_to_bezier([a, b, c, d]: [f64; 4], h: f64) -> [f64; 4] {
 }
 
 /// A polyline; the parameter is the point number.
-pub(super) fn polyline(points: Vec<Vec3>) -> Result<Curve3, crate::geometry::nurbs::NurbsError> {
+pub(super) fn polyline(points: Vec<Vec3>) -> Result<Curve3, kanagata_geometry::nurbs::NurbsError> {
     let count = points.len();
     #[allow(clippy::cast_precision_loss)]
     let inner = (0..count).map(|i| i as f64);

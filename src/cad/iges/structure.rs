@@ -8,9 +8,9 @@ use super::found::{Found, Task};
 use super::ownership::Ownership;
 use super::reader::{POINTER_DEPTH_MAX, Reader};
 use super::surface::SURFACES;
-use crate::cad::attributes::{Name, Style};
-use crate::cad::raw::RawFace;
-use crate::geometry::{Affine, Mat3, Vec3};
+use crate::attributes::{Name, Style};
+use crate::raw::RawFace;
+use kanagata_geometry::{Affine, Mat3, Vec3};
 
 /// Shell number, placement, and faces with their sense.
 type ShellFaces = (Option<usize>, Affine, Vec<(usize, bool)>);
@@ -225,7 +225,7 @@ impl Reader<'_, '_> {
         }
         let mut p = self.file.params(entity).ok()?;
         p.skip();
-        crate::cad::attributes::name(&p.text())
+        crate::attributes::name(&p.text())
     }
 
     /// Members of a subfigure definition (308): DEPTH, NAME, N, DE 1 .. DE N.

@@ -4,9 +4,9 @@ use super::file::Fault;
 use super::reader::{POINTER_DEPTH_MAX, Reader};
 use super::splines::{is_clamped, normalised_weights, power_to_bezier, without_rounding};
 use super::uv::UvMap;
-use crate::cad::raw::RawSurface;
-use crate::geometry::nurbs::Surface;
-use crate::geometry::{Affine, Vec2, Vec3};
+use crate::raw::RawSurface;
+use kanagata_geometry::nurbs::Surface;
+use kanagata_geometry::{Affine, Vec2, Vec3};
 
 /// Entity types that are surfaces by themselves.
 pub(super) const SURFACES: [u32; 12] = [108, 114, 118, 120, 122, 128, 140, 190, 192, 194, 196, 198];

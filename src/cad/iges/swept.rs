@@ -8,10 +8,10 @@ use super::params::Params;
 use super::reader::{Reader, mirrors, similarity};
 use super::surface::{BasisSurface, narrowed};
 use super::uv::UvMap;
-use crate::cad::raw::RawSurface;
-use crate::geometry::frame::unit;
-use crate::geometry::nurbs::{Curve3, Surface};
-use crate::geometry::{Affine, Frame, Vec3};
+use crate::raw::RawSurface;
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::nurbs::{Curve3, Surface};
+use kanagata_geometry::{Affine, Frame, Vec3};
 
 /// Length relative to another below which it counts as zero.
 const ZERO_LENGTH_REL: f64 = 1e-9;

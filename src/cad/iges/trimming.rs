@@ -5,9 +5,9 @@ use super::file::{Fault, PIECE_COST};
 use super::offset::use_side_of_edges;
 use super::reader::{Reader, mirrors};
 use super::surface::BasisSurface;
-use crate::cad::raw::{RawEdge, RawFace, RawLoop};
-use crate::geometry::nurbs::{Curve2, Curve3};
-use crate::geometry::{Affine, Vec2};
+use crate::raw::{RawEdge, RawFace, RawLoop};
+use kanagata_geometry::nurbs::{Curve2, Curve3};
+use kanagata_geometry::{Affine, Vec2};
 
 impl Reader<'_, '_> {
     /// Trimmed surface (144): surface DE, N1 (0: the outer boundary is that of the domain), N2, outer boundary DE, N2

@@ -1,8 +1,8 @@
 //! Maps from a file's surface parameters to those of [`RawSurface`], and points on raw surfaces.
 
-use crate::cad::raw::RawSurface;
-use crate::geometry::nurbs::Curve2;
-use crate::geometry::{Vec2, Vec3};
+use crate::raw::RawSurface;
+use kanagata_geometry::nurbs::Curve2;
+use kanagata_geometry::{Vec2, Vec3};
 use nalgebra::{Matrix2, Rotation3, Unit};
 
 /// An affine map of the parameter plane.
@@ -54,9 +54,9 @@ impl UvMap {
 }
 
 /// Point of a raw surface; `None` for offsets.
-pub(in crate::cad) fn point_on(surface: &RawSurface, uv: Vec2) -> Option<Vec3> {
+pub(crate) fn point_on(surface: &RawSurface, uv: Vec2) -> Option<Vec3> {
     let (u, v) = (uv.x, uv.y);
-    let around = |f: &crate::geometry::Frame, radius: f64, height: f64| {
+    let around = |f: &kanagata_geometry::Frame, radius: f64, height: f64| {
         f.origin + (f.x * u.cos() + f.y * u.sin()) * radius + f.z * height
     };
     Some(match surface {

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::{BodyRow, FaceRow, GroupRow, Inspection, Tree};
-use crate::cad::attributes::{BASIC_COLOURS, BodyKind, colour_text};
-use crate::cad::{Diagnostic, Severity};
+use crate::attributes::{BASIC_COLOURS, BodyKind, colour_text};
+use crate::{Diagnostic, Severity};
 
 /// Lines of a summary in all.
 const SUMMARY_LINES_MAX: usize = 20;

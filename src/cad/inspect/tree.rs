@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::cad::Model;
-use crate::cad::attributes::{BodyKind, colour_text};
-use crate::cad::model::SurfaceKind;
-use crate::geometry::Aabb;
+use crate::Model;
+use crate::attributes::{BodyKind, colour_text};
+use crate::model::SurfaceKind;
+use kanagata_geometry::Aabb;
 
 /// Uses of an edge above which its bodies count as open.
 const USES_MAX: usize = 64;
@@ -92,7 +92,7 @@ pub struct FaceRow {
 #[must_use]
 pub fn tree(model: &Model, numbers: Option<&[usize]>) -> Tree {
     let number = |f: usize| numbers.and_then(|n| n.get(f)).copied().unwrap_or(f);
-    let measure = |(f, face): (usize, &crate::cad::model::Face)| FaceRow {
+    let measure = |(f, face): (usize, &crate::model::Face)| FaceRow {
         number: number(f),
         entity: face.source.clone(),
         name: face.attributes.name.as_ref().map(ToString::to_string),

@@ -7,14 +7,14 @@ use std::collections::btree_map::Entry;
 use super::periods::whole_periods;
 use super::seam::{OccupiedRanges, Seam, inner_side, points_of};
 use super::side::{Path, Side, excludes_interior, signed_area};
-use crate::cad::native::Native;
-use crate::geometry::Vec2;
+use crate::native::Native;
+use kanagata_geometry::Vec2;
 
 /// Closed loops of a face in the parameter plane, outer loop first.
 ///
 /// Winding loops are cut open along a seam and joined in pairs or through a pole. A face without loops gets the
 /// boundary of its natural range. So does a face with holes only, on a surface without boundary (`is_closed`).
-pub(in crate::cad) fn closed_loops(
+pub(crate) fn closed_loops(
     native: &Native<'_>,
     paths: Vec<Path>,
     left_is_inside: bool,

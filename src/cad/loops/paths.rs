@@ -4,14 +4,14 @@ use super::periods::{collapsed_direction, is_pole, one_turn, turns, whole_period
 use super::project::side_of;
 use super::side::{LoopFault, Path, Side, excludes_interior, signed_area};
 use super::slits;
-use crate::cad::native::Native;
-use crate::cad::raw::{RawEdge, RawLoop};
-use crate::geometry::nurbs::Curve3;
-use crate::geometry::{Vec2, Vec3};
+use crate::native::Native;
+use crate::raw::{RawEdge, RawLoop};
+use kanagata_geometry::nurbs::Curve3;
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Reads one loop as a path, or several where slits connect them. `size` is the extent of the face [mm]; points within
 /// `tolerance` [mm] coincide.
-pub(in crate::cad) fn paths_of(
+pub(crate) fn paths_of(
     native: &Native<'_>,
     raw: &RawLoop,
     (size, tolerance): (f64, f64),

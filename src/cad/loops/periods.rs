@@ -1,7 +1,7 @@
 //! Periods and poles of a surface in the parameter plane.
 
-use crate::cad::native::Native;
-use crate::geometry::Vec2;
+use crate::native::Native;
+use kanagata_geometry::Vec2;
 
 /// Whole periods from the first to the last point of a loop. Zero along the collapsed direction of a pole at which the
 /// loop begins and ends, because it is closed there for any turn.

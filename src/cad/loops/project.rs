@@ -4,10 +4,10 @@
 use std::cell::LazyCell;
 
 use super::side::{LoopFault, Side};
-use crate::cad::native::Native;
-use crate::cad::raw::{RawEdge, RawSurface};
-use crate::geometry::nurbs::{Curve2, Curve3, CurveProjector};
-use crate::geometry::{Vec2, Vec3};
+use crate::native::Native;
+use crate::raw::{RawEdge, RawSurface};
+use kanagata_geometry::nurbs::{Curve2, Curve3, CurveProjector};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Accuracy of fitted parameter curves relative to their extent ...
 const FIT_TOLERANCE_REL: f64 = 1e-10;

@@ -2,8 +2,8 @@
 
 use super::periods::whole_periods;
 use super::side::{Path, Side};
-use crate::cad::native::Native;
-use crate::geometry::Vec2;
+use crate::native::Native;
+use kanagata_geometry::Vec2;
 
 /// Maximum number of corners at which a seam is tried.
 const CORNERS_MAX: usize = 32;

@@ -1,11 +1,11 @@
 //! Sides and loops in the parameter plane, and the area enclosed by a loop.
 
-use crate::geometry::Vec2;
-use crate::geometry::nurbs::{Curve2, Curve3};
+use kanagata_geometry::Vec2;
+use kanagata_geometry::nurbs::{Curve2, Curve3};
 
 /// One side of a loop: its curve in native parameters, in the direction of the loop.
 #[derive(Debug, Clone)]
-pub(in crate::cad) struct Side {
+pub(crate) struct Side {
     pub path: Curve2,
     /// Space curve of the file, in the same direction.
     pub curve: Option<Curve3>,
@@ -45,7 +45,7 @@ impl Side {
 
 /// A chain of sides joined end to start; one traversal advances the parameters by `winding`.
 #[derive(Debug, Clone)]
-pub(in crate::cad) struct Path {
+pub(crate) struct Path {
     pub sides: Vec<Side>,
     pub winding: Vec2,
     /// A point on a removed slit: the face lies on both sides of it.
@@ -54,7 +54,7 @@ pub(in crate::cad) struct Path {
 
 /// Defects of boundary loops.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::cad) enum LoopFault {
+pub(crate) enum LoopFault {
     /// Consecutive edges do not meet: gap in space [mm].
     Gap(f64),
     /// The space curve and the image of the parameter curve differ by `off` [mm].
@@ -70,7 +70,7 @@ pub(in crate::cad) enum LoopFault {
 
 /// True when the outer loop of a face (the one with the largest enclosed area) is oriented against the face normal.
 /// Winding loops enclose no area.
-pub(in crate::cad) fn outer_loop_is_reversed(paths: &[Path], left_is_inside: bool) -> bool {
+pub(crate) fn outer_loop_is_reversed(paths: &[Path], left_is_inside: bool) -> bool {
     let plain = paths.iter().filter(|p| p.winding.norm() == 0.0);
     let area = |p: &&Path| signed_area(&p.sides).abs();
     let outer = plain.max_by(|a, b| area(a).total_cmp(&area(b)));
@@ -78,7 +78,7 @@ pub(in crate::cad) fn outer_loop_is_reversed(paths: &[Path], left_is_inside: boo
 }
 
 /// Twice the signed area enclosed by a loop in the parameter plane.
-pub(in crate::cad) fn signed_area(sides: &[Side]) -> f64 {
+pub(crate) fn signed_area(sides: &[Side]) -> f64 {
     let mut sum = 0.0;
     for side in sides {
         let [a, b] = side.path.domain();

@@ -3,8 +3,8 @@
 
 use super::periods::{collapsed_direction, turns, whole_periods};
 use super::side::{Path, Side};
-use crate::cad::native::Native;
-use crate::geometry::Vec2;
+use crate::native::Native;
+use kanagata_geometry::Vec2;
 
 /// Distance between two passes along a curve, relative to their length in the parameter plane, below which they
 /// coincide. Passes along a seam are one period apart.

@@ -3,8 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::tests::{BALL, MAJOR, MINOR, along, model_of_numbered, sphere, torus};
-use crate::cad::model::Model;
-use crate::cad::raw::{RawEdge, RawLoop, RawSurface};
+use crate::model::Model;
+use crate::raw::{RawEdge, RawLoop, RawSurface};
 
 /// Edge number, and its ends in the parameter plane.
 type Leg = (Option<usize>, [(f64, f64); 2]);

@@ -2,11 +2,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use crate::cad::build::build;
-use crate::cad::model::Model;
-use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
-use crate::geometry::nurbs::{Curve2, Curve3};
-use crate::geometry::{Frame, Vec2, Vec3};
+use crate::build::build;
+use crate::model::Model;
+use crate::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
+use kanagata_geometry::nurbs::{Curve2, Curve3};
+use kanagata_geometry::{Frame, Vec2, Vec3};
 
 const CYLINDER: f64 = 10.0;
 pub(super) const MAJOR: f64 = 30.0;

@@ -1,6 +1,6 @@
 //! Limits on the patches of fitted offset surfaces.
 
-use crate::cad::raw::RawSurface;
+use crate::raw::RawSurface;
 
 /// Patches available to all offset surfaces of a file, in addition to one per [`BYTES_PER_PATCH`] bytes of the file.
 pub(super) const PATCHES_BASE: usize = 8_192;
@@ -14,7 +14,7 @@ const PATCHES_PER_FACE: usize = 256;
 
 /// Refinement limit of a fitted offset surface.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in crate::cad) struct Fineness {
+pub(crate) struct Fineness {
     /// Maximum number of patches of its spline.
     pub max_patches: usize,
     /// The limit was reached: the approximation exceeds the tolerance.
@@ -23,7 +23,7 @@ pub(in crate::cad) struct Fineness {
 
 /// Patch limits of the surfaces of a file of `bytes` bytes, in proportion to the spans of their bases. Zero once the
 /// spans of this and the preceding surfaces exceed the total.
-pub(in crate::cad) fn shares<'a>(
+pub(crate) fn shares<'a>(
     surfaces: impl Iterator<Item = &'a RawSurface>,
     bytes: usize,
 ) -> Vec<Fineness> {

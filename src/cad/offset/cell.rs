@@ -1,8 +1,8 @@
 //! Rectangles of the parameter plane of a face, divided adaptively.
 
-use crate::cad::model::Face;
-use crate::cad::trim_region::TrimRegion;
-use crate::geometry::Vec2;
+use crate::model::Face;
+use crate::trim_region::TrimRegion;
+use kanagata_geometry::Vec2;
 
 /// Ratio of the sides of a cell above which only the longer one is divided.
 const ASPECT_MAX: f64 = 1.5;

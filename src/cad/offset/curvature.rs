@@ -5,10 +5,10 @@
 //! It folds where a factor is not positive.
 
 use super::cell::{Cell, cells_of};
-use crate::cad::model::Face;
-use crate::cad::trim_region::TrimRegion;
-use crate::geometry::nurbs::SurfaceDerivs;
-use crate::geometry::{Vec2, Vec3};
+use crate::model::Face;
+use crate::trim_region::TrimRegion;
+use kanagata_geometry::nurbs::SurfaceDerivs;
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Bisections of a knot span at most, in both directions together. Doubled: no smaller factor on the fillets of the tests.
 const DEPTH_MAX: u32 = 20;

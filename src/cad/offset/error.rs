@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// Places listed in a message.
 const LISTED_MAX: usize = 5;

@@ -4,12 +4,12 @@ use super::budget::{Fineness, breaks_of};
 use super::fit::offset_spline;
 use super::sharp::largest_kink;
 use super::surface::offset;
-use crate::cad::analytic::Analytic;
-use crate::cad::model::{Face, SurfaceKind};
-use crate::cad::native::Native;
-use crate::cad::trim_region::TrimRegion;
-use crate::geometry::nurbs::Surface;
-use crate::geometry::{Aabb, Vec2, Vec3};
+use crate::analytic::Analytic;
+use crate::model::{Face, SurfaceKind};
+use crate::native::Native;
+use crate::trim_region::TrimRegion;
+use kanagata_geometry::nurbs::Surface;
+use kanagata_geometry::{Aabb, Vec2, Vec3};
 
 /// Distance between control points of a face and of the surface made anew from its closed form, relative to their size,
 /// up to which the closed form is used.

@@ -1,8 +1,8 @@
 //! Spline approximation of an offset surface: adaptive bisection and interpolation.
 
 use super::budget::{BYTES_PER_PATCH, Fineness, PATCHES_BASE, breaks_of};
-use crate::geometry::nurbs::{Curve3, Surface};
-use crate::geometry::{Vec2, Vec3};
+use kanagata_geometry::nurbs::{Curve3, Surface};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Degree of fitted patches in each direction.
 const DEGREE: usize = 5;

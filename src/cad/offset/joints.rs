@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use super::sharp::parameters_at;
-use crate::cad::Model;
-use crate::cad::topology::space_curve;
-use crate::geometry::Vec3;
-use crate::geometry::nurbs::Curve3;
+use crate::Model;
+use crate::topology::space_curve;
+use kanagata_geometry::Vec3;
+use kanagata_geometry::nurbs::Curve3;
 
 /// Points of an edge at which the gap between its faces is measured.
 const POINTS: usize = 17;

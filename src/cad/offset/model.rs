@@ -9,12 +9,12 @@ use super::face::offset_face;
 use super::joints::{OffsetGap, renew};
 use super::overlaps::{distances, overlaps};
 use super::sharp::sharp_places;
-use crate::cad::Model;
-use crate::cad::closest::ClosestPoint;
-use crate::cad::model::Face;
-use crate::cad::trim_region::TrimRegion;
-use crate::geometry::Vec3;
-use crate::progress::Progress;
+use crate::Model;
+use crate::closest::ClosestPoint;
+use crate::model::Face;
+use crate::trim_region::TrimRegion;
+use kanagata_geometry::Vec3;
+use kanagata_progress::Progress;
 
 /// Accuracy of fitted faces relative to the joining tolerance.
 const FIT_PER_JOIN: f64 = 1e-2;

@@ -5,19 +5,21 @@ use std::path::Path;
 use super::curvature::principal_curvatures;
 use super::tests::{area_by_definition, panel};
 use super::{OffsetError, offset_model, offset_model_again};
-use crate::cad::Model;
-use crate::cad::build::build;
-use crate::cad::closest::ClosestPoint;
-use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
-use crate::cad::trim_region::TrimRegion;
-use crate::geometry::nurbs::{Curve2, Surface};
-use crate::geometry::{Frame, Vec2, Vec3};
+use crate::Model;
+use crate::build::build;
+use crate::closest::ClosestPoint;
+use crate::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
+use crate::trim_region::TrimRegion;
+use kanagata_geometry::nurbs::{Curve2, Surface};
+use kanagata_geometry::{Frame, Vec2, Vec3};
 
 const SMOOTH_DEG: f64 = 0.5;
 
 fn fixture(name: &str) -> Model {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming").join(name);
-    crate::cad::read(&path).unwrap().0
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .join("fixtures/forming")
+        .join(name);
+    crate::read(&path).unwrap().0
 }
 
 /// A face over a rectangle of parameters; the whole surface without one.
@@ -160,9 +162,8 @@ fn a_spline_is_fitted_within_its_loops_and_has_the_curvatures_of_the_offset() {
             let expected = before.surface.point(uv) + before.normal(uv).unwrap() * distance;
             let off = (face.surface.point(uv) - expected).norm();
             assert!(off <= made.report.tolerance_mm, "{off:e}");
-            let of = |f: &crate::cad::model::Face| {
-                principal_curvatures(f, &f.surface.derivs(uv)).unwrap()
-            };
+            let of =
+                |f: &crate::model::Face| principal_curvatures(f, &f.surface.derivs(uv)).unwrap();
             let expected = of(before).map(|k| k / (1.0 + distance * k));
             for (found, expected) in of(face).into_iter().zip(expected) {
                 assert!((found - expected).abs() < 1e-4 * (0.1 + expected.abs()), "{uv}");

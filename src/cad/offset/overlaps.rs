@@ -11,12 +11,12 @@ use rayon::prelude::*;
 
 use super::cell::{Cell, cells_of};
 use super::error::OverlapPlace;
-use crate::cad::Model;
-use crate::cad::closest::{ClosestPoint, WorkLimitReached};
-use crate::cad::model::Face;
-use crate::cad::trim_region::TrimRegion;
-use crate::geometry::{Aabb, Vec2, Vec3};
-use crate::progress::Progress;
+use crate::Model;
+use crate::closest::{ClosestPoint, WorkLimitReached};
+use crate::model::Face;
+use crate::trim_region::TrimRegion;
+use kanagata_geometry::{Aabb, Vec2, Vec3};
+use kanagata_progress::Progress;
 
 /// Size of a cell over the distance below which it is not divided.
 const SMALLEST_REL: f64 = 0.25;

@@ -6,11 +6,11 @@
 
 use super::budget::breaks_of;
 use super::surface::spline_below;
-use crate::cad::loops::Side;
-use crate::cad::native::Native;
-use crate::cad::raw::{RawEdge, RawFace, RawSurface};
-use crate::geometry::nurbs::{Curve3, Surface};
-use crate::geometry::{Vec2, Vec3};
+use crate::loops::Side;
+use crate::native::Native;
+use crate::raw::{RawEdge, RawFace, RawSurface};
+use kanagata_geometry::nurbs::{Curve3, Surface};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Samples per span of an edge, and their limits per edge. The span beyond the samples on each side covers what bulges
 /// between them.
@@ -24,7 +24,7 @@ const CUT_TOLERANCE_REL: f64 = 1e-9;
 
 /// An offset surface with a restricted base.
 #[derive(Debug, Clone)]
-pub(in crate::cad) struct Restricted {
+pub(crate) struct Restricted {
     /// The surface.
     pub surface: RawSurface,
     domain: [[f64; 2]; 2],
@@ -50,7 +50,7 @@ impl Restricted {
 /// The offset surface of a face with its spline restricted to the spans that the loops enter, and one more on each
 /// side. `None` for other surfaces, where all spans are needed, where the spline is closed, and where points of the
 /// loops are not at the distance of the offset within `tolerance` [mm].
-pub(in crate::cad) fn restricted(face: &RawFace, tolerance: f64) -> Option<Restricted> {
+pub(crate) fn restricted(face: &RawFace, tolerance: f64) -> Option<Restricted> {
     let (base, distance) = spline_below(&face.surface)?;
     if face.loops.is_empty() || face.loops.iter().any(|l| l.edges.is_empty()) {
         return None;

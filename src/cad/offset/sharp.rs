@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 
 use super::error::SharpPlace;
-use crate::cad::Model;
-use crate::cad::model::{EdgeUse, Face};
-use crate::cad::trim_region::TrimRegion;
-use crate::geometry::frame::unit;
-use crate::geometry::{Vec2, Vec3};
+use crate::Model;
+use crate::model::{EdgeUse, Face};
+use crate::trim_region::TrimRegion;
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Points of an edge, of a knot line or of a collapsed side at which normals are compared.
 const POINTS: usize = 17;

@@ -3,19 +3,19 @@
 
 use super::budget::{Fineness, breaks_of};
 use super::fit::offset_spline;
-use crate::cad::model::Face;
-use crate::cad::raw::RawSurface;
-use crate::cad::trim_region::TrimRegion;
-use crate::geometry::frame::unit;
-use crate::geometry::nurbs::{Curve3, Surface};
-use crate::geometry::{Frame, Vec2, Vec3};
+use crate::model::Face;
+use crate::raw::RawSurface;
+use crate::trim_region::TrimRegion;
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::nurbs::{Curve3, Surface};
+use kanagata_geometry::{Frame, Vec2, Vec3};
 
 /// The surface at `distance` [mm] along the normal of `base`, with its parametrisation, within `tolerance` [mm] as far
 /// as `fineness` permits.
 ///
 /// # Errors
 /// The surface degenerates, or the base has no normal.
-pub(in crate::cad) fn offset(
+pub(crate) fn offset(
     base: &RawSurface,
     distance: f64,
     tolerance: f64,
@@ -125,7 +125,7 @@ fn offset_curve(
 
 /// Largest distance [mm] of a face from the exact offset surface, at two points inside each patch of its spline within
 /// the trimming loops. Zero for surfaces other than offsets of splines.
-pub(in crate::cad) fn deviation(surface: &RawSurface, face: &Face) -> f64 {
+pub(crate) fn deviation(surface: &RawSurface, face: &Face) -> f64 {
     let Some((base, distance)) = spline_below(surface) else { return 0.0 };
     let region = TrimRegion::new(face);
     let domain = face.surface.domain();

@@ -4,11 +4,11 @@ use super::budget::{Fineness, PATCHES_BASE, shares};
 use super::fit::offset_spline;
 use super::restrict::restricted;
 use super::surface::offset;
-use crate::cad::build::build;
-use crate::cad::loops::Side;
-use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
-use crate::geometry::nurbs::{Curve2, Curve3, Surface};
-use crate::geometry::{Frame, Vec2, Vec3};
+use crate::build::build;
+use crate::loops::Side;
+use crate::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
+use kanagata_geometry::nurbs::{Curve2, Curve3, Surface};
+use kanagata_geometry::{Frame, Vec2, Vec3};
 
 const FREE: Fineness = Fineness { max_patches: 10_000, coarse: false };
 
@@ -89,7 +89,7 @@ fn a_cone_offset_past_its_reference_circle_is_the_offset_beyond_the_apex() {
         let (semi_angle, distance) = (0.4f64, -2.0);
         let cone = RawSurface::Cone { frame: Frame::world(), radius, semi_angle };
         let found = offset(&cone, distance, 1e-9, &mut FREE.clone()).unwrap();
-        let native = crate::cad::native::Native::new(&found);
+        let native = crate::native::Native::new(&found);
         for (u, v) in [(0.0, 5.0), (1.0, 6.0), (-2.0, 40.0)] {
             let around = Vec3::new(f64::cos(u), f64::sin(u), 0.0);
             let base = around * (radius + v * semi_angle.tan()) + Vec3::z() * v;
@@ -212,7 +212,7 @@ fn faces_on_one_large_offset_have_the_area_of_the_definition_and_few_patches() {
             assert!(off < 1e-7, "{off:e}");
         }
         // The base has 900 spans, and a face enters 7 x 6 of them with two more on each side.
-        let patches = |f: &crate::cad::model::Face| f.surface.points().len() / 25;
+        let patches = |f: &crate::model::Face| f.surface.points().len() / 25;
         let all: usize = model.faces.iter().map(patches).sum();
         println!("in space {in_space}: {all} patches");
         assert!(all < 2_500, "{all}");

@@ -8,8 +8,8 @@ use self::shapes::*;
 use super::closest::ClosestPoint;
 use super::model::{EdgeUse, Face, FootLocation, Model, TrimLoop};
 use super::trim_region::TrimRegion;
-use crate::geometry::nurbs::{Curve2, Curve3, Surface};
-use crate::geometry::{Frame, Vec2, Vec3};
+use kanagata_geometry::nurbs::{Curve2, Curve3, Surface};
+use kanagata_geometry::{Frame, Vec2, Vec3};
 
 #[test]
 fn areas_are_those_of_closed_forms() {
@@ -71,7 +71,7 @@ fn boxes_touch_what_they_hold() {
     for seed in 0..4 {
         let m = wavy(seed);
         let b = m.bbox();
-        let mut inner = crate::geometry::Aabb::EMPTY;
+        let mut inner = kanagata_geometry::Aabb::EMPTY;
         for (_, p) in grid(&m.faces[0], 300) {
             inner.grow(&p);
         }

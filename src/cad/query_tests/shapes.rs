@@ -2,9 +2,9 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use crate::cad::model::{Edge, EdgeUse, Face, Model, SurfaceKind, TrimLoop};
-use crate::geometry::nurbs::{Curve2, Curve3, Surface};
-use crate::geometry::{Frame, Vec2, Vec3};
+use kanagata_cad::model::{Edge, EdgeUse, Face, Model, SurfaceKind, TrimLoop};
+use kanagata_geometry::nurbs::{Curve2, Curve3, Surface};
+use kanagata_geometry::{Frame, Vec2, Vec3};
 
 pub(super) fn random(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -7,10 +7,10 @@
 use std::collections::VecDeque;
 
 use super::plan::PlanCurve;
-use crate::cad::model::Face;
-use crate::cad::trim_region::TrimRegion;
-use crate::geometry::nurbs::Surface;
-use crate::geometry::{Vec2, Vec3};
+use crate::model::Face;
+use crate::trim_region::TrimRegion;
+use kanagata_geometry::nurbs::Surface;
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Cells of a face examined at most. Doubled: half the size of the largest fault of a cut that is not seen, twice the
 /// time of a face that the curve crosses (about 0.1 s).
@@ -132,9 +132,9 @@ mod tests {
     /// A small region in a large face is found, and every certain point is on its side.
     #[test]
     fn small_regions_are_not_missed_and_points_are_on_their_sides() {
-        let path =
-            Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming/cross_holder_144.igs");
-        let (model, _) = crate::cad::read(&path).unwrap();
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+            .join("fixtures/forming/cross_holder_144.igs");
+        let (model, _) = crate::read(&path).unwrap();
         let face = &model.faces[0];
         let region = TrimRegion::new(face);
         let b = model.bbox();

@@ -1,8 +1,8 @@
 //! Curves of a file as one closed curve.
 
 use super::error::RegionError;
-use crate::geometry::Vec2;
-use crate::geometry::nurbs::Curve2;
+use kanagata_geometry::Vec2;
+use kanagata_geometry::nurbs::Curve2;
 
 /// Curves of a chain at most.
 const CURVES_MAX: usize = 5_000;

@@ -1,7 +1,7 @@
 //! Crossings of the sides of a face with the plan curve.
 
 use super::cut::Cut;
-use crate::cad::loops::Side;
+use crate::loops::Side;
 
 /// Crossings of a side searched for at most.
 const SIDE_INTERVALS_MAX: usize = 20_000;

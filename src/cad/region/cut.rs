@@ -3,11 +3,11 @@
 use super::cells::{CertainPoint, certain_points};
 use super::plan::PlanCurve;
 use super::trace::{End, Node, Tracer};
-use crate::cad::creases::nested_faces;
-use crate::cad::loops::{Side, signed_area};
-use crate::cad::model::Face;
-use crate::cad::trim_region::TrimRegion;
-use crate::geometry::{Vec2, Vec3};
+use crate::creases::nested_faces;
+use crate::loops::{Side, signed_area};
+use crate::model::Face;
+use crate::trim_region::TrimRegion;
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Points of a grid over a face, each way, from which points above the curve are searched.
 const GRID: usize = 16;
@@ -331,7 +331,7 @@ fn add_rings(
 
 /// The region of the face with other loops.
 fn region_of(face: &Face, loops: &Loops) -> TrimRegion {
-    use crate::cad::model::{EdgeUse, TrimLoop};
+    use crate::model::{EdgeUse, TrimLoop};
     let used = |side: &Side| EdgeUse { pcurve: side.path.clone(), edge: None, reversed: false };
     let trims = loops.iter().map(|l| TrimLoop { uses: l.iter().map(used).collect() });
     TrimRegion::new(&Face { loops: trims.collect(), ..face.clone() })

@@ -2,8 +2,8 @@
 
 use super::chain::{chained, end, start};
 use super::error::RegionError;
-use crate::geometry::nurbs::{Curve2, Curve3};
-use crate::geometry::{Aabb, Vec2, Vec3};
+use kanagata_geometry::nurbs::{Curve2, Curve3};
+use kanagata_geometry::{Aabb, Vec2, Vec3};
 
 /// Spans of a curve at most.
 const SPANS_MAX: usize = 5_000;
@@ -142,7 +142,7 @@ impl PlanCurve {
         let at = |k: usize| self.samples[k % n].point;
         let boxes: Vec<Aabb> =
             (0..n).map(|k| Aabb::of_points(&[at(k).push(0.0), at(k + 1).push(0.0)])).collect();
-        let tree = crate::geometry::box_tree::BoxTree::build(&boxes);
+        let tree = kanagata_geometry::box_tree::BoxTree::build(&boxes);
         let (mut compared, mut crossing) = (0, None);
         for (k, bounds) in boxes.iter().enumerate() {
             tree.overlapping(bounds, |other| {

@@ -4,15 +4,15 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use super::{PlanCurve, RegionError, split};
-use crate::cad::build::{Creases, build};
-use crate::cad::model::Model;
-use crate::cad::raw::{RawFace, RawModel, RawSurface};
-use crate::geometry::nurbs::Curve3;
-use crate::geometry::{Frame, Vec2, Vec3};
+use crate::build::{Creases, build};
+use crate::model::Model;
+use crate::raw::{RawFace, RawModel, RawSurface};
+use kanagata_geometry::nurbs::Curve3;
+use kanagata_geometry::{Frame, Vec2, Vec3};
 
 fn fixture(name: &str) -> Model {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(name);
-    crate::cad::read_with(&path, Creases::Cut).unwrap().0
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("fixtures").join(name);
+    crate::read_with(&path, Creases::Cut).unwrap().0
 }
 
 fn circle(x: f64, y: f64, radius: f64) -> PlanCurve {
@@ -148,7 +148,7 @@ fn cuts_pass_creases_of_a_surface() {
         .map(|[x, z]| [-8.0, 8.0].map(|y| Vec3::new(x, y, z)));
     let knots = [vec![0.0, 0.0, 0.5, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
     let surface =
-        crate::geometry::nurbs::Surface::try_new([1, 1], knots, points.concat(), None).unwrap();
+        kanagata_geometry::nurbs::Surface::try_new([1, 1], knots, points.concat(), None).unwrap();
     let surface = RawSurface::Nurbs(surface);
     let face = RawFace {
         surface,

@@ -7,9 +7,9 @@
 use nalgebra::{Matrix2, Matrix2x3, Vector3};
 
 use super::plan::PlanCurve;
-use crate::cad::trim_region::TrimRegion;
-use crate::geometry::nurbs::Surface;
-use crate::geometry::{Vec2, Vec3};
+use crate::trim_region::TrimRegion;
+use kanagata_geometry::nurbs::Surface;
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Steps of one curve at most.
 const STEPS_MAX: usize = 20_000;

@@ -1,9 +1,9 @@
 //! Sides of faces along the nodes of a curve that was followed: curves in the parameter plane, fitted to the exact one.
 
 use super::trace::{FIT_REL, Node, Tracer};
-use crate::cad::loops::Side;
-use crate::geometry::Vec2;
-use crate::geometry::nurbs::Curve2;
+use crate::loops::Side;
+use kanagata_geometry::Vec2;
+use kanagata_geometry::nurbs::Curve2;
 
 /// Advance along the plan curve, relative to that along the cut, below which the cut has the length as parameter.
 const ADVANCE_MIN_REL: f64 = 0.1;

@@ -5,8 +5,8 @@
 use super::iges::join::join;
 use super::native::Native;
 use super::raw::{RawEdge, RawLoop, RawSurface};
-use crate::geometry::nurbs::{Curve2, Curve3};
-use crate::geometry::{Aabb, Vec2, Vec3};
+use kanagata_geometry::nurbs::{Curve2, Curve3};
+use kanagata_geometry::{Aabb, Vec2, Vec3};
 
 /// Distance from the axis relative to the profile's size below which a point lies on the axis.
 const ON_AXIS_REL: f64 = 1e-9;

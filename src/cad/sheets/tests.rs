@@ -1,7 +1,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::*;
-use crate::geometry::Frame;
+use kanagata_geometry::Frame;
 
 /// Circle in the xz plane about `(x, 0, 0)`, starting at an angle from x towards z.
 fn circle(x: f64, radius: f64, from: f64) -> Curve3 {

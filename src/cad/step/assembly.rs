@@ -10,10 +10,10 @@ use super::graph::{Child, Graph, graph};
 use super::items::{ItemBody, ItemFaces};
 use super::place;
 use super::resolver::{REFERENCE_DEPTH_MAX, Resolver};
-use crate::cad::Severity;
-use crate::cad::attributes::{Body, BodyKind, Name, Style, path_below};
-use crate::cad::raw::{RawFace, RawModel, max_sides};
-use crate::geometry::Affine;
+use crate::Severity;
+use crate::attributes::{Body, BodyKind, Name, Style, path_below};
+use crate::raw::{RawFace, RawModel, max_sides};
+use kanagata_geometry::Affine;
 
 /// Reads the faces of the model.
 ///

@@ -5,11 +5,11 @@ use super::entity::{Entity, Outcome};
 use super::form::extent;
 use super::resolver::{Resolver, Units};
 use super::surface::Supported;
-use crate::cad::Severity;
-use crate::cad::iges::uv::point_on;
-use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawSurface};
-use crate::geometry::nurbs::{Curve2, Curve3};
-use crate::geometry::{Aabb, Vec2, Vec3};
+use crate::Severity;
+use crate::iges::uv::point_on;
+use crate::raw::{RawEdge, RawFace, RawLoop, RawSurface};
+use kanagata_geometry::nurbs::{Curve2, Curve3};
+use kanagata_geometry::{Aabb, Vec2, Vec3};
 
 /// A curve of a boundary.
 struct Member<'t> {

@@ -4,9 +4,9 @@ use super::entity::{Attributes, Entity, Outcome};
 use super::form::Form;
 use super::resolver::{Resolver, Units};
 use super::table::Value;
-use crate::cad::iges::join::join;
-use crate::geometry::Vec3;
-use crate::geometry::nurbs::Curve3;
+use crate::iges::join::join;
+use kanagata_geometry::Vec3;
+use kanagata_geometry::nurbs::Curve3;
 
 impl Resolver<'_> {
     /// Reads any curve; `depth` is the number of references followed.
@@ -169,7 +169,7 @@ impl Resolver<'_> {
         let reference = self.direction(a.entity(4)?)?;
         match basis {
             Form::Line(origin, direction) => {
-                let across = crate::geometry::frame::unit(reference.cross(&direction));
+                let across = kanagata_geometry::frame::unit(reference.cross(&direction));
                 let across = across.ok_or_else(|| e.fault("a parallel reference", "another"))?;
                 Ok(Form::Line(origin + across * distance, direction))
             }
@@ -208,7 +208,7 @@ pub fn degree(e: Entity, a: &Attributes, k: usize) -> Outcome<usize> {
 /// Converts an error of the control data to a fault.
 pub fn spline_fault(
     e: Entity,
-    error: &crate::geometry::nurbs::NurbsError,
+    error: &kanagata_geometry::nurbs::NurbsError,
 ) -> Box<super::entity::Fault> {
     e.fault(error.to_string(), "a rational B-spline")
 }

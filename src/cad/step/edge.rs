@@ -6,10 +6,10 @@ use super::entity::{Entity, Outcome};
 use super::form::{Form, extent};
 use super::resolver::{EdgeGeometry, Resolver, Units};
 use super::surface::Supported;
-use crate::cad::iges::uv::point_on;
-use crate::cad::raw::RawEdge;
-use crate::geometry::nurbs::{Curve2, Curve3};
-use crate::geometry::{Vec2, Vec3};
+use crate::iges::uv::point_on;
+use crate::raw::RawEdge;
+use kanagata_geometry::nurbs::{Curve2, Curve3};
+use kanagata_geometry::{Vec2, Vec3};
 
 impl<'t> Resolver<'t> {
     /// `EDGE_CURVE(name, start, end, geometry, same_sense)`.

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::lexer::decode;
 use super::table::{Part, Span, Table, Value};
-use crate::cad::{CadError, Diagnostic, Severity};
+use crate::{CadError, Diagnostic, Severity};
 
 /// The reason why an entity cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -5,10 +5,10 @@ use std::rc::Rc;
 use super::entity::{Entity, Outcome};
 use super::resolver::{EdgeGeometry, REFERENCE_DEPTH_MAX, Resolver, Units};
 use super::surface::Supported;
-use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawSurface};
-use crate::geometry::frame::unit;
-use crate::geometry::nurbs::{Curve2, Curve3};
-use crate::geometry::{Aabb, Frame, Vec2, Vec3};
+use crate::raw::{RawEdge, RawFace, RawLoop, RawSurface};
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::nurbs::{Curve2, Curve3};
+use kanagata_geometry::{Aabb, Frame, Vec2, Vec3};
 
 /// A loop before its surface is known, in the direction of its bound.
 struct Bound {

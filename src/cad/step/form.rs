@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use crate::cad::iges::join::join;
-use crate::geometry::nurbs::Curve3;
-use crate::geometry::{Affine, Frame, Vec3};
+use crate::iges::join::join;
+use kanagata_geometry::nurbs::Curve3;
+use kanagata_geometry::{Affine, Frame, Vec3};
 
 /// An untrimmed curve in STEP parametrisation (angles in rad).
 #[derive(Debug, Clone)]

@@ -10,10 +10,10 @@ use super::relations::{
 };
 use super::resolver::{Resolver, Units};
 use super::units::Context;
-use crate::cad::Severity;
-use crate::cad::attributes::{Name, Style};
-use crate::geometry::Affine;
-use crate::geometry::sets::DisjointSets;
+use crate::Severity;
+use crate::attributes::{Name, Style};
+use kanagata_geometry::Affine;
+use kanagata_geometry::sets::DisjointSets;
 
 /// A representation and its resolved items.
 pub struct Sheet<'t> {
@@ -29,7 +29,7 @@ pub struct Child {
     /// Name of the occurrence.
     pub name: Option<Name>,
     /// Layers and colour of the occurrence.
-    pub(in crate::cad) style: Style,
+    pub(crate) style: Style,
 }
 
 /// Representations of one object in a common coordinate system, and the groups placed in it.

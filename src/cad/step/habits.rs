@@ -5,10 +5,10 @@ use std::f64::consts::{PI, TAU};
 use super::form::Form;
 use super::read_bytes;
 use super::tests::{UNIT_SPHERE, file};
-use crate::cad::Model;
-use crate::cad::build::build;
-use crate::cad::closest::ClosestPoint;
-use crate::geometry::{Frame, Vec3};
+use crate::Model;
+use crate::build::build;
+use crate::closest::ClosestPoint;
+use kanagata_geometry::{Frame, Vec3};
 
 fn model(data: &str) -> Model {
     let raw = read_bytes(&file(data), "habit").unwrap();

@@ -4,9 +4,9 @@ use super::entity::{Entity, Fault, Outcome};
 use super::resolver::{Resolver, Units};
 use std::sync::Arc;
 
-use crate::cad::Severity;
-use crate::cad::attributes::{BodyKind, Name, name};
-use crate::cad::raw::RawFace;
+use crate::Severity;
+use crate::attributes::{BodyKind, Name, name};
+use crate::raw::RawFace;
 
 /// A body of an item.
 #[derive(Debug)]

@@ -5,8 +5,8 @@ use super::graph::representations;
 use super::items::{ItemKind, item_kind};
 use super::resolver::{Resolver, Units};
 use super::table::parse;
-use crate::cad::CadError;
-use crate::geometry::nurbs::Curve3;
+use crate::CadError;
+use kanagata_geometry::nurbs::Curve3;
 
 /// Keyword of an occurrence in an assembly.
 const OCCURRENCE: &str = "NEXT_ASSEMBLY_USAGE_OCCURRENCE";

@@ -4,7 +4,7 @@ use rustc_hash::FxHashMap;
 
 use super::entity::Entity;
 use super::resolver::Resolver;
-use crate::cad::attributes::{Name, name};
+use crate::attributes::{Name, name};
 
 /// Beginning of the names that a widespread library gives to products without one.
 const MADE_UP: &str = "Open CASCADE STEP translator";

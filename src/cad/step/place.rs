@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::cad::raw::{RawEdge, RawFace, RawSurface};
-use crate::geometry::nurbs::Curve2;
-use crate::geometry::{Affine, Frame, Vec2};
+use crate::raw::{RawEdge, RawFace, RawSurface};
+use kanagata_geometry::nurbs::Curve2;
+use kanagata_geometry::{Affine, Frame, Vec2};
 
 /// A placed surface.
 pub struct Placed {
@@ -21,7 +21,7 @@ pub struct Placed {
 pub fn similarity(map: &Affine) -> Option<f64> {
     let gram = map.linear.transpose() * map.linear;
     let square = gram.trace() / 3.0;
-    let off = (gram - crate::geometry::Mat3::identity() * square).norm();
+    let off = (gram - kanagata_geometry::Mat3::identity() * square).norm();
     (square > 0.0 && square.is_finite() && off <= 1e-9 * square).then(|| square.sqrt())
 }
 

@@ -5,8 +5,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::entity::{Entity, Outcome};
 use super::names;
 use super::resolver::{Resolver, Units};
-use crate::cad::attributes::Name;
-use crate::geometry::{Affine, Frame, Mat3};
+use crate::attributes::Name;
+use kanagata_geometry::{Affine, Frame, Mat3};
 
 /// A use of a relationship: its component and the name of the occurrence, where the file says them.
 pub(super) type Use = (Option<u32>, Option<Name>);
@@ -115,12 +115,13 @@ pub(super) fn inward(f: &Frame) -> Affine {
 mod tests {
     use std::path::Path;
 
-    use crate::cad::raw::{RawModel, RawSurface};
-    use crate::cad::step::read_bytes;
+    use crate::raw::{RawModel, RawSurface};
+    use crate::step::read_bytes;
 
     /// A cylinder about z with more entities in its file.
     fn cylinder_with(more: &str) -> RawModel {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming");
+        let folder =
+            Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("fixtures/forming");
         let text = std::fs::read_to_string(folder.join("cylinder_AP214.stp")).unwrap();
         let (data, end) = text.rsplit_once("ENDSEC;").unwrap();
         read_bytes(format!("{data}{more}\nENDSEC;{end}").as_bytes(), "more.stp").unwrap()

@@ -9,11 +9,11 @@ use rustc_hash::FxHashMap;
 use super::entity::{Attributes, Entity, Fault, Outcome};
 use super::styles::Styles;
 use super::table::Table;
-use crate::cad::attributes::{self, Style, name};
-use crate::cad::{Diagnostic, Severity};
-use crate::geometry::frame::unit;
-use crate::geometry::nurbs::Curve3;
-use crate::geometry::{Affine, Frame, Mat3, Vec3};
+use crate::attributes::{self, Style, name};
+use crate::{Diagnostic, Severity};
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::nurbs::Curve3;
+use kanagata_geometry::{Affine, Frame, Mat3, Vec3};
 
 /// Maximum nesting depth of references. Doubled: no valid file is affected.
 pub const REFERENCE_DEPTH_MAX: usize = 200;
@@ -79,7 +79,7 @@ impl<'t> Resolver<'t> {
     }
 
     /// Layers and colour of an item.
-    pub(in crate::cad) fn style(&self, item: Entity) -> Style {
+    pub(crate) fn style(&self, item: Entity) -> Style {
         self.styles.get_or_init(|| Styles::of(self.entities())).style(item)
     }
 

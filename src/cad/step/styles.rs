@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 
 use super::entity::{Entity, number};
 use super::table::{Table, Value};
-use crate::cad::attributes::{BASIC_COLOURS, Name, Style, name, rgb};
+use crate::attributes::{BASIC_COLOURS, Name, Style, name, rgb};
 
 /// Entities of one style that are searched for its colour; a style of a surface has about eight.
 const STYLE_ENTITIES_MAX: usize = 64;
@@ -68,7 +68,7 @@ impl Styles {
     }
 
     /// Layers and colour of an item.
-    pub(in crate::cad) fn style(&self, item: Entity) -> Style {
+    pub(crate) fn style(&self, item: Entity) -> Style {
         let layers = self.layers.get(&item.index).cloned().unwrap_or_default();
         Style { layers, colour: self.colours.get(&item.index).copied() }
     }

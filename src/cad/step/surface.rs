@@ -6,9 +6,9 @@ use super::curve::{degree, knots, length, spline_fault};
 use super::entity::{Attributes, Entity, Outcome};
 use super::form::Form;
 use super::resolver::{Resolver, Units};
-use crate::cad::raw::RawSurface;
-use crate::geometry::nurbs::{Curve3, Surface};
-use crate::geometry::{Aabb, Affine, Vec3};
+use crate::raw::RawSurface;
+use kanagata_geometry::nurbs::{Curve3, Surface};
+use kanagata_geometry::{Aabb, Affine, Vec3};
 
 /// The surface of a face.
 #[derive(Debug, Clone)]

@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use super::lexer::{Token, blank, token};
-use crate::cad::CadError;
+use crate::CadError;
 
 /// Maximum nesting depth of lists.
 const LIST_DEPTH_MAX: usize = 100;

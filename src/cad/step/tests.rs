@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::read_bytes;
-use crate::cad::raw::{RawModel, RawSurface};
+use crate::raw::{RawModel, RawSurface};
 
 fn read(path: &Path) -> RawModel {
     let bytes = std::fs::read(path).unwrap();
@@ -11,7 +11,7 @@ fn read(path: &Path) -> RawModel {
 }
 
 fn forming() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming")
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("fixtures/forming")
 }
 
 fn step_files(folder: &Path) -> Vec<PathBuf> {
@@ -58,7 +58,7 @@ fn edges_join_end_to_end(model: &RawModel, name: &str) {
 
 #[test]
 fn corpus_has_as_many_faces_as_the_kernel_says() {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/cad");
+    let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("../shared/cad");
     let folder = std::env::var_os("KANAGATA_CORPUS").map_or(beside, PathBuf::from);
     let Ok(truth) = std::fs::read(folder.join("truth.json")) else {
         println!("skipped: no corpus at {}", folder.display());
@@ -232,7 +232,7 @@ fn lengths_follow_the_context_of_their_own_representation() {
         .faces
         .iter()
         .map(|f| match &f.surface {
-            crate::cad::raw::RawSurface::Sphere { radius, .. } => (*radius, f.flipped),
+            crate::raw::RawSurface::Sphere { radius, .. } => (*radius, f.flipped),
             other => panic!("{other:?}"),
         })
         .collect();
@@ -344,10 +344,10 @@ fn a_mirrored_instance_keeps_its_outward_side() {
     assert_eq!(model.faces.len(), 2, "{:?}", model.diagnostics);
     for face in &model.faces {
         match &face.surface {
-            crate::cad::raw::RawSurface::Sphere { radius, .. } => {
+            crate::raw::RawSurface::Sphere { radius, .. } => {
                 assert!((radius - 2.0).abs() < 1e-12 && !face.flipped);
             }
-            crate::cad::raw::RawSurface::Plane(f) => {
+            crate::raw::RawSurface::Plane(f) => {
                 // The image of the outward normal +z is +z, and the loop remains counter-clockwise about it.
                 let outward = if face.flipped { -f.z } else { f.z };
                 assert!((outward.z - 1.0).abs() < 1e-12);

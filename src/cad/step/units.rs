@@ -3,7 +3,7 @@
 use super::entity::{Attributes, Entity, Outcome};
 use super::resolver::{Resolver, Units};
 use super::table::Value;
-use crate::cad::Severity;
+use crate::Severity;
 
 /// Units of a context, and the name of the unit of length.
 #[derive(Debug, Clone)]

@@ -3,7 +3,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::piece::{Piece, SHARED_EDGE_TOLERANCE_REL};
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// Cell width in tolerances. Corners are rarely this close to each other, and the search range of a corner rarely
 /// covers a second cell.

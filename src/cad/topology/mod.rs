@@ -16,9 +16,9 @@ use self::corners::Corners;
 use self::piece::SHARED_EDGE_TOLERANCE_REL;
 use super::model::{Edge, EdgeUse, Face, Model};
 use super::{Diagnostic, Severity};
-use crate::geometry::box_tree::BoxTree;
-use crate::geometry::nurbs::{Curve2, Curve3, CurveProjector, Surface};
-use crate::geometry::{Aabb, Vec3};
+use kanagata_geometry::box_tree::BoxTree;
+use kanagata_geometry::nurbs::{Curve2, Curve3, CurveProjector, Surface};
+use kanagata_geometry::{Aabb, Vec3};
 
 /// A side, or a part of one between two corners, with its sample points.
 struct Part {

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use crate::cad::model::{EdgeUse, Model};
-use crate::geometry::Vec2;
+use crate::model::{EdgeUse, Model};
+use kanagata_geometry::Vec2;
 
 /// Distance between two passes along an edge in the parameter plane, relative to the surface, below which they
 /// coincide. Passes along a seam are one period apart; files give parameters to six digits.
@@ -87,12 +87,12 @@ fn drop_unused(model: &mut Model) {
 #[cfg(test)]
 mod tests {
     use super::{EdgeUse, Vec2, retraces};
-    use crate::cad::Diagnostic;
-    use crate::cad::build::build;
-    use crate::cad::model::Model;
-    use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
-    use crate::geometry::nurbs::{Curve2, Curve3};
-    use crate::geometry::{Frame, Vec3};
+    use crate::Diagnostic;
+    use crate::build::build;
+    use crate::model::Model;
+    use crate::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
+    use kanagata_geometry::nurbs::{Curve2, Curve3};
+    use kanagata_geometry::{Frame, Vec3};
 
     /// A square face whose boundary passes through `corners`.
     fn plate(corners: &[[f64; 4]]) -> (Model, Vec<Diagnostic>) {

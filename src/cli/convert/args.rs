@@ -11,8 +11,8 @@ use crate::cli::paths::{input_path, output_path};
 use crate::cli::quantity::{angle_deg, length_mm, time_s};
 use crate::cli::select::SelectArgs;
 use crate::cli::stages::QuietArgs;
-use crate::convert::reach::Reached;
 use crate::geometry::Vec3;
+use crate::reach::Reached;
 
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]

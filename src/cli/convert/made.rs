@@ -8,7 +8,7 @@ use super::folds::warn_of_folds;
 use super::kinds::print_within;
 use super::print::{print_reach, print_report};
 use crate::convert::bezier::Within;
-use crate::convert::reach::Reached;
+use crate::reach::Reached;
 use crate::report::doubt::Doubt;
 
 /// A tool whose file is written, with doubts about the offset of the CAD.

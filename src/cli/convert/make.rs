@@ -15,13 +15,13 @@ use crate::cad::Model;
 use crate::cli::exit::Failure;
 use crate::cli::skip::{renumbered, skipping};
 use crate::convert::offset::doubts;
-use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
 use crate::convert::tolerance::Borders as Meeting;
 use crate::convert::tolerance::{Aim, Goal, refined_to};
 use crate::convert::unfolded::{UnfoldedError, mesh_and_convert};
 use crate::convert::{ConvertOptions, ConvertReport, convert};
 use crate::mesh::mapped::MappedOptions;
 use crate::mesh::{attach, io};
+use crate::reach::{ReachError, Reached, Zone, within_reach};
 use crate::tool::ToolModel;
 use crate::tool::file::ToolFile;
 

@@ -5,8 +5,8 @@ use std::path::Path;
 use super::args::{ConvertArgs, Edge, Kind};
 use crate::cli::stages::progress;
 use crate::convert::ConvertOptions;
-use crate::convert::reach::Reached;
 use crate::files::standard::is_stdout;
+use crate::reach::Reached;
 use crate::tool::ToolKind;
 use crate::tool::edge::EdgeRule;
 

@@ -2,9 +2,9 @@
 
 use super::converted::{Converted, Fit};
 use crate::cli::terminal::{err, out};
-use crate::convert::reach::{Reached, Why};
 use crate::convert::tolerance::Borders;
 use crate::geometry::Vec3;
+use crate::reach::{Reached, Why};
 use crate::tool::build::StraightEdge;
 
 /// Largest number of edges listed of each kind.

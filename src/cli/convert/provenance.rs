@@ -6,8 +6,8 @@ use super::args::{Borders, ConvertArgs};
 use crate::cad::Model;
 use crate::cad::raw::LostFace;
 use crate::cli::exit::{Exit, Failure};
-use crate::convert::reach::Reached;
 use crate::files::sha256_hex;
+use crate::reach::Reached;
 use crate::tool::file::Provenance;
 
 /// The provenance of a tool made from `model`, which lacks the faces `lost` and is the CAD or its offset by `offset_mm`.

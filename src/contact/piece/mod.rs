@@ -9,8 +9,8 @@
 
 use super::form::{Chart, Form, Shape, padded};
 use super::wide::{Plain, Wide};
-use crate::geometry::{Vec2, Vec3};
-use crate::tool::Patch;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_tool::Patch;
 
 /// Rounding error of a bound relative to `|w|^2`.
 const ROUNDING_REL: f64 = 1e-14;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::contact::hull::{Hull, control_net};
+use crate::hull::{Hull, control_net};
 
 struct Random(u64);
 
@@ -124,7 +124,7 @@ fn no_point_of_a_piece_or_part_is_below_the_floor_about_any_other() {
 #[test]
 fn the_control_net_holds_the_piece() {
     for piece in pieces() {
-        let net = crate::geometry::Aabb::of_points(&control_net(&piece));
+        let net = kanagata_geometry::Aabb::of_points(&control_net(&piece));
         for x in samples(piece.shape) {
             let s = piece.form.derivs(x.x, x.y).s;
             assert!(net.distance_squared(&s) < 1e-24);
@@ -166,7 +166,7 @@ fn no_point_of_a_piece_is_below_the_floor_of_its_hull() {
             let w = random.vector() * reach;
             let all: Vec<_> =
                 samples(piece.shape).iter().map(|x| piece.form.derivs(x.x, x.y)).collect();
-            let value = |d: &crate::contact::form::LocalDerivs| 0.5 * (w - d.s).norm_squared();
+            let value = |d: &crate::form::LocalDerivs| 0.5 * (w - d.s).norm_squared();
             let least = all.iter().map(value).fold(f64::INFINITY, f64::min);
             for foot in &all {
                 let floor = hull.floor(&w, foot);

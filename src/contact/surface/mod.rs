@@ -13,8 +13,8 @@ use super::piece::{Piece, pieces_of};
 use super::projection::Location;
 use super::topology::Borders;
 use super::tree::Tree;
-use crate::geometry::{Aabb, Vec2, Vec3};
-use crate::tool::ToolModel;
+use kanagata_geometry::{Aabb, Vec2, Vec3};
+use kanagata_tool::ToolModel;
 
 /// A tool model with its search tree.
 pub struct ToolSurface {

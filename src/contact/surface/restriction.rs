@@ -1,8 +1,8 @@
 //! Restriction of a tool surface to some of its patches.
 
 use super::{Hull, Piece, ToolSurface, bounds_of, group};
-use crate::contact::tree::Tree;
-use crate::geometry::Aabb;
+use crate::tree::Tree;
+use kanagata_geometry::Aabb;
 
 impl ToolSurface {
     fn piece_bounds(&self) -> Vec<Aabb> {
@@ -62,9 +62,9 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::contact::Projection;
-    use crate::contact::test_tools::{arc, revolved};
-    use crate::geometry::Vec3;
+    use crate::Projection;
+    use crate::test_tools::{arc, revolved};
+    use kanagata_geometry::Vec3;
 
     #[test]
     fn near_the_patches_that_are_kept_answers_are_the_same_bits() {

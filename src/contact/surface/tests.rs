@@ -1,10 +1,10 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::*;
-use crate::contact::oracle::Oracle;
-use crate::contact::projection::Outcome;
-use crate::contact::test_tools::{arc, line, plane, revolved};
-use crate::geometry::Mat3;
+use crate::oracle::Oracle;
+use crate::projection::Outcome;
+use crate::test_tools::{arc, line, plane, revolved};
+use kanagata_geometry::Mat3;
 
 fn random(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -124,7 +124,7 @@ fn the_medial_axis_and_coincident_feet_end_in_finite_work() {
 /// On sides and corners, and on their normals: the distance is zero, or several patches share the foot point.
 #[test]
 fn points_on_the_tool_and_over_its_vertices_are_found() {
-    for model in [cup_die(), crate::tool::exchange::to_bezier(&cup_die())] {
+    for model in [cup_die(), kanagata_tool::exchange::to_bezier(&cup_die())] {
         let surface = ToolSurface::new(model.clone());
         for patch in &model.patches {
             for (eta, zeta) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (1.0, 0.3), (0.6, 0.0)] {

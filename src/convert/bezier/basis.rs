@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
-use crate::geometry::Vec3;
-use crate::tool::patch::{MAX_DEGREE, bernstein};
+use kanagata_geometry::Vec3;
+use kanagata_tool::patch::{MAX_DEGREE, bernstein};
 
 /// Number of nodes of the maximum degree.
 pub const NODES: usize = MAX_DEGREE + 1;

@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use super::basis::Basis;
 use super::map::{PatchShape, is_folded, surface_error};
 use super::side::Sides;
-use crate::convert::searches::SearchedFace;
-use crate::mesh::SurfaceMesh;
-use crate::tool::Patch;
-use crate::tool::patch::MAX_DEGREE;
+use crate::searches::SearchedFace;
+use kanagata_mesh::SurfaceMesh;
+use kanagata_tool::Patch;
+use kanagata_tool::patch::MAX_DEGREE;
 
 /// Raises degrees until opposite sides of each patch, and both patches at each side, have the same degree.
 pub(super) fn equalise(shapes: &mut [PatchShape]) {

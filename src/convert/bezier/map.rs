@@ -3,10 +3,10 @@
 use super::basis::Basis;
 use super::parameters;
 use super::side::{self, Sides};
-use crate::convert::searches::SearchedFace;
-use crate::geometry::{Vec2, Vec3};
-use crate::mesh::Element;
-use crate::tool::Patch;
+use crate::searches::SearchedFace;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_mesh::Element;
+use kanagata_tool::Patch;
 
 /// Map and degrees of a patch; they determine its control points.
 pub(super) struct PatchShape {

@@ -21,13 +21,13 @@ use self::side::Sides;
 use super::conversion::faces_away;
 use super::searches::{SearchLimits, SearchedFace, Searches};
 use super::{ConvertError, normals};
-use crate::audit::report::Borders;
-use crate::cad::Model;
-use crate::geometry::Vec3;
-use crate::mesh::{Element, SurfaceMesh};
-use crate::progress::Progress;
-use crate::tool::patch::MAX_DEGREE;
-use crate::tool::{Patch, ToolKind, ToolModel};
+use kanagata_audit::report::Borders;
+use kanagata_cad::Model;
+use kanagata_geometry::Vec3;
+use kanagata_mesh::{Element, SurfaceMesh};
+use kanagata_progress::Progress;
+use kanagata_tool::patch::MAX_DEGREE;
+use kanagata_tool::{Patch, ToolKind, ToolModel};
 
 /// Options of a conversion to Bezier patches.
 #[derive(Debug, Clone, PartialEq)]

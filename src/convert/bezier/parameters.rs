@@ -1,8 +1,8 @@
 //! Surface parameters along the sides of an element, continuous across seams and defined at poles.
 
-use crate::cad::model::Face;
-use crate::convert::searches::SearchedFace;
-use crate::geometry::{Vec2, Vec3};
+use crate::searches::SearchedFace;
+use kanagata_cad::model::Face;
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Parameters of the foot points of consecutive points on `face`. Each search starts at the preceding foot point.
 pub fn foot_parameters(face: SearchedFace<'_>, points: &[Vec3]) -> Vec<Vec2> {

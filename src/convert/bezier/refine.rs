@@ -1,11 +1,11 @@
 //! Bezier patches within a tolerance.
 
 use super::{BezierOptions, BezierReport, bezier_from_cad};
-use crate::audit::{CadReference, free_borders};
-use crate::cad::Model;
-use crate::convert::ConvertError;
-use crate::mesh::{MeshError, SurfaceMesh};
-use crate::tool::ToolModel;
+use crate::ConvertError;
+use kanagata_audit::{CadReference, free_borders};
+use kanagata_cad::Model;
+use kanagata_mesh::{MeshError, SurfaceMesh};
+use kanagata_tool::ToolModel;
 
 /// Minimum number of steps along a side at which free borders are compared.
 const BORDER_STEPS_MIN: usize = 16;
@@ -24,7 +24,6 @@ pub struct Within {
 }
 
 /// Reason why there are no Bezier patches within the tolerance.
-#[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum BezierError {
     /// The tolerance was not reached, or patches are folded.

@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::basis::{Basis, node};
-use crate::cad::Model;
-use crate::cad::model::Face;
-use crate::convert::edges::EdgeFinder;
-use crate::convert::normals::Feet;
-use crate::convert::searches::{SearchedFace, Searches};
-use crate::geometry::nurbs::Curve3;
-use crate::geometry::{Vec2, Vec3};
-use crate::mesh::SurfaceMesh;
+use crate::edges::EdgeFinder;
+use crate::normals::Feet;
+use crate::searches::{SearchedFace, Searches};
+use kanagata_cad::Model;
+use kanagata_cad::model::Face;
+use kanagata_geometry::nurbs::Curve3;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_mesh::SurfaceMesh;
 
 /// Number of steps of equal arc length at which a side is stored.
 pub const STEPS: usize = 60;

@@ -1,12 +1,14 @@
 use std::path::Path;
 
 use super::*;
-use crate::audit::{AuditOptions, CadReference, audit};
-use crate::cad;
-use crate::mesh::mapped::{MappedOptions, MeshStyle, mesh};
+use kanagata_audit::{AuditOptions, CadReference, audit};
+use kanagata_cad as cad;
+use kanagata_mesh::mapped::{MappedOptions, MeshStyle, mesh};
 
 fn read(file: &str) -> Model {
-    cad::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(file)).unwrap().0
+    cad::read(&Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("fixtures").join(file))
+        .unwrap()
+        .0
 }
 
 fn options(tolerance_mm: f64) -> BezierOptions {
@@ -93,7 +95,7 @@ fn patches_are_continuous_at_poles_and_seams() {
 /// Folded patches by dense sampling: the normal points against that of the CAD face at one of 62 x 62 points.
 fn folded_by_sampling(tool: &ToolModel, model: &Model) -> Vec<u32> {
     const N: usize = 61;
-    let index = crate::cad::closest::ClosestPoint::new(model);
+    let index = kanagata_cad::closest::ClosestPoint::new(model);
     let folds = |(patch, &face): (&Patch, &u32)| {
         (0..(N + 1) * (N + 1)).any(|k| {
             let d = patch.derivs((k / (N + 1)) as f64 / N as f64, (k % (N + 1)) as f64 / N as f64);

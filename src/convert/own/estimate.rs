@@ -5,9 +5,9 @@
 //! remaining errors against CAD normals.
 
 use super::fans::Fans;
-use crate::geometry::Vec3;
-use crate::geometry::frame::unit;
-use crate::mesh::SurfaceMesh;
+use kanagata_geometry::Vec3;
+use kanagata_geometry::frame::unit;
+use kanagata_mesh::SurfaceMesh;
 
 /// Unit normal of each fan, `sum_e a x b` over its corners with the adjacent sides a and b; zero where the sum
 /// vanishes.

@@ -1,10 +1,10 @@
 //! Fans: groups of element corners at a vertex with a common normal.
 
 use super::orient::{edge_elements, vector_area};
-use crate::geometry::Vec3;
-use crate::geometry::frame::unit;
-use crate::geometry::sets::DisjointSets;
-use crate::mesh::SurfaceMesh;
+use kanagata_geometry::Vec3;
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::sets::DisjointSets;
+use kanagata_mesh::SurfaceMesh;
 
 /// Fans of the corners and smooth regions of the elements of a mesh.
 pub(super) struct Fans {

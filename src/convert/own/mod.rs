@@ -13,10 +13,10 @@ mod tests;
 use super::conversion::{Conversion, Source};
 use super::normals::{NormalTable, merge_normals};
 use super::{ConvertError, ConvertOptions, ConvertReport};
-use crate::geometry::Vec3;
-use crate::mesh::SurfaceMesh;
-use crate::mesh::io::{CornerNormals, MeshFile, UNATTACHED};
-use crate::tool::{ToolKind, ToolModel};
+use kanagata_geometry::Vec3;
+use kanagata_mesh::SurfaceMesh;
+use kanagata_mesh::io::{CornerNormals, MeshFile, UNATTACHED};
+use kanagata_tool::{ToolKind, ToolModel};
 
 use self::fans::Fans;
 

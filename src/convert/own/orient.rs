@@ -2,10 +2,10 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::convert::ConvertError;
-use crate::geometry::Vec3;
-use crate::mesh::io::MeshFile;
-use crate::mesh::{Element, SurfaceMesh};
+use crate::ConvertError;
+use kanagata_geometry::Vec3;
+use kanagata_mesh::io::MeshFile;
+use kanagata_mesh::{Element, SurfaceMesh};
 
 /// Vector area of an element [mm^2].
 pub(super) fn vector_area(mesh: &SurfaceMesh, element: &Element) -> Vec3 {

@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::*;
-use crate::mesh::Element;
-use crate::mesh::io;
+use kanagata_mesh::Element;
+use kanagata_mesh::io;
 
 /// A quarter cylinder of radius 7 mm between two flats of width 10 mm: `n` quadrilaterals over the quarter turn, 5 mm
 /// deep.
@@ -138,7 +138,7 @@ fn normals_of_obj_and_vtu_are_read_corner_by_corner() {
     assert!(error.contains("line 5") && error.contains("normals"), "{error}");
     let mut grid = io::to_vtu(&channel(2));
     let count = channel(2).vertices.len();
-    grid.point_data.push(crate::report::DataArray::vector("Normals", &vec![tilted; count]));
+    grid.point_data.push(kanagata_report::DataArray::vector("Normals", &vec![tilted; count]));
     let vtu = folder.path().join("a.vtu");
     grid.write(&vtu).unwrap();
     let file = io::read_file(&vtu).unwrap();

@@ -1,7 +1,7 @@
 //! Chosen faces.
 
-use crate::cad::Model;
-use crate::convert::part::subset;
+use crate::part::subset;
+use kanagata_cad::Model;
 
 /// The chosen faces of a model, as a model of their own.
 #[derive(Debug, Clone)]

@@ -1,6 +1,6 @@
 //! Errors of a choice of faces.
 
-use crate::cad::region::RegionError;
+use kanagata_cad::region::RegionError;
 
 /// The reason why a choice of faces cannot be made.
 #[non_exhaustive]

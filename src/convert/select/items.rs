@@ -3,8 +3,8 @@
 use super::error::SelectError;
 use super::nearest::nearest;
 use super::pattern::fits;
-use crate::cad::Model;
-use crate::cad::attributes::{Attributes, BASIC_COLOURS, Body, colour_text};
+use kanagata_cad::Model;
+use kanagata_cad::attributes::{Attributes, BASIC_COLOURS, Body, colour_text};
 
 /// Items of one list, and characters of an item, at most.
 pub(super) const ITEMS_MAX: usize = 1_000;
@@ -173,7 +173,7 @@ fn nearest_to(model: &Model, chooser: Chooser, item: &str) -> String {
         Chooser::Faces => {
             let last = model.faces.len().saturating_sub(1);
             let is_number = item.chars().all(|c| c.is_ascii_digit() || c == '-');
-            let entity = |f: &crate::cad::model::Face| {
+            let entity = |f: &kanagata_cad::model::Face| {
                 f.source.split(' ').next().unwrap_or_default().to_owned()
             };
             let names = attributes().filter_map(|a| a.name.as_ref().map(ToString::to_string));

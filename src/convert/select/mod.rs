@@ -25,10 +25,10 @@ pub use self::region::plan_pieces;
 
 use self::items::{Chooser, ITEM_LENGTH_MAX, ITEMS_MAX, by_items};
 use self::region::by_region;
-use crate::cad::Model;
-use crate::cad::model::Face;
-use crate::geometry::Vec3;
-use crate::tool::selection::{FaceSelection, Facing, SelectionBox};
+use kanagata_cad::Model;
+use kanagata_cad::model::Face;
+use kanagata_geometry::Vec3;
+use kanagata_tool::selection::{FaceSelection, Facing, SelectionBox};
 
 /// Vector area of a face relative to its area below which it has no mean normal: closed faces.
 const MEAN_NORMAL_MIN_REL: f64 = 1e-6;

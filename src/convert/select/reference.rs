@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 
 use super::chosen::Chosen;
-use crate::audit::reference::{Border, BorderEdge, CadReference, ReferenceFoot, ReferenceSurface};
-use crate::cad::raw::LostFace;
-use crate::geometry::Vec3;
-use crate::tool::ToolModel;
+use kanagata_audit::reference::{
+    Border, BorderEdge, CadReference, ReferenceFoot, ReferenceSurface,
+};
+use kanagata_cad::raw::LostFace;
+use kanagata_geometry::Vec3;
+use kanagata_tool::ToolModel;
 
 /// The chosen faces of a model, with the numbers of the complete model. Faces that are not chosen are not there: a foot
 /// point never lies on them, and the border between chosen and other faces is free.

@@ -2,10 +2,10 @@
 
 use super::chosen::Chosen;
 use super::error::SelectError;
-use crate::cad::region::{PlanCurve, RegionError, split};
-use crate::geometry::Vec2;
-use crate::geometry::nurbs::Curve2;
-use crate::tool::selection::PlanPiece;
+use kanagata_cad::region::{PlanCurve, RegionError, split};
+use kanagata_geometry::Vec2;
+use kanagata_geometry::nurbs::Curve2;
+use kanagata_tool::selection::PlanPiece;
 
 /// The pieces of a curve, as a tool file has them.
 #[must_use]

@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use super::{SelectError, choose};
-use crate::cad::{Creases, Model};
-use crate::tool::selection::{FaceSelection, Facing, SelectionBox};
+use kanagata_cad::{Creases, Model};
+use kanagata_tool::selection::{FaceSelection, Facing, SelectionBox};
 
 fn press(name: &str) -> Model {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/bodies").join(name);
-    crate::cad::read_with(&path, Creases::Cut).unwrap().0
+    let path =
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("fixtures/bodies").join(name);
+    kanagata_cad::read_with(&path, Creases::Cut).unwrap().0
 }
 
 fn list(items: &[&str]) -> Vec<String> {

@@ -9,15 +9,15 @@
 
 use std::collections::BTreeSet;
 
-use crate::audit::local::LocalReference;
-use crate::audit::report::PatchAudit;
-use crate::audit::sample::PatchSamples;
-use crate::audit::{Audit, AuditOptions, AuditReport, audit_from};
-use crate::cad::Model;
-use crate::convert::{ConvertError, ConvertOptions, edges};
-use crate::geometry::Aabb;
-use crate::tool::build::{EdgeChoice, build};
-use crate::tool::{ToolModel, side};
+use crate::{ConvertError, ConvertOptions, edges};
+use kanagata_audit::local::LocalReference;
+use kanagata_audit::report::PatchAudit;
+use kanagata_audit::sample::PatchSamples;
+use kanagata_audit::{Audit, AuditOptions, AuditReport, audit_from};
+use kanagata_cad::Model;
+use kanagata_geometry::Aabb;
+use kanagata_tool::build::{EdgeChoice, build};
+use kanagata_tool::{ToolModel, side};
 
 use super::error::ToleranceError;
 use super::goal::Refined;

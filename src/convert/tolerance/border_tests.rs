@@ -1,6 +1,6 @@
 use super::*;
-use crate::audit::{AuditOptions, audit};
-use crate::cad::query_tests::shapes::holed_square;
+use crate::shapes::holed_square;
+use kanagata_audit::{AuditOptions, audit};
 
 #[test]
 fn free_borders_are_within_the_tolerance() {
@@ -26,8 +26,8 @@ fn free_borders_are_within_the_tolerance() {
 
 #[test]
 fn free_borders_of_facets_and_bezier_patches_are_within_the_tolerance() {
-    use crate::convert::bezier::{BezierOptions, within_tolerance};
-    use crate::tool::ToolKind;
+    use crate::bezier::{BezierOptions, within_tolerance};
+    use kanagata_tool::ToolKind;
     let model = holed_square(20.0);
     let goal = Goal {
         tol_mm: 0.5,
@@ -45,7 +45,7 @@ fn free_borders_of_facets_and_bezier_patches_are_within_the_tolerance() {
         progress: Default::default(),
     };
     let mesh = |arc_divisions| {
-        crate::mesh::mapped::mesh(
+        kanagata_mesh::mapped::mesh(
             &model,
             &MappedOptions { arc_divisions, ..MappedOptions::default() },
         )
@@ -114,10 +114,11 @@ fn the_next_density_is_one_that_changes_the_mesh() {
     };
     // A flat without interior nodes has the same mesh at any density.
     assert_eq!(next(&holed_square(20.0), 0, true), None);
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming");
-    let (ball, _) = crate::cad::read(&path.join("ball_hole_AP214.stp")).unwrap();
+    let path = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .join("fixtures/forming");
+    let (ball, _) = kanagata_cad::read(&path.join("ball_hole_AP214.stp")).unwrap();
     let trimmed = |f: &usize| {
-        ball.faces[*f].loops.len() > 1 || !crate::mesh::mapped::is_flat(&ball.faces[*f])
+        ball.faces[*f].loops.len() > 1 || !kanagata_mesh::mapped::is_flat(&ball.faces[*f])
     };
     let curved: Vec<usize> = (0..ball.faces.len()).filter(trimmed).collect();
     let found: Vec<_> = curved.iter().filter_map(|&f| next(&ball, f, false)).collect();

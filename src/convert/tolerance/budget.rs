@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::progress::{Progress, Stage};
+use kanagata_progress::{Progress, Stage};
 
 /// Work limit of the saving of patches: `SAVING_PATCHES_MAX + SAVING_PATCHES_PER_FACE * faces` evaluated patches. A
 /// search beyond it keeps its divisions. With a tenth of this limit, a ball with a hole takes 164 patches instead of

@@ -10,9 +10,9 @@ use super::faults::{faces_above_tolerance, folded_faces};
 use super::goal::{Goal, Refined};
 use super::scope::Scope;
 use super::state::State;
-use crate::convert::unfolded::mesh_and_convert;
-use crate::mesh::MeshFeet;
-use crate::mesh::mapped::MappedOptions;
+use crate::unfolded::mesh_and_convert;
+use kanagata_mesh::MeshFeet;
+use kanagata_mesh::mapped::MappedOptions;
 
 /// Patches of all uniform models together. Doubled: twice the time of files that no divisions bring within the tolerance
 /// (20 s for 100 faces).

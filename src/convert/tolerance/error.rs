@@ -1,9 +1,9 @@
 //! Errors of a refinement to a tolerance.
 
 use super::goal::Refined;
-use crate::audit::AuditError;
-use crate::convert::ConvertError;
-use crate::mesh::MeshError;
+use crate::ConvertError;
+use kanagata_audit::AuditError;
+use kanagata_mesh::MeshError;
 
 /// Reason why there is no model within the tolerance.
 #[non_exhaustive]

@@ -12,16 +12,16 @@ use super::results::{Evaluated, Evaluations, Key};
 use super::scope::{Scope, shift_face_numbers};
 use super::slide_estimate::Neighbours;
 use super::starts::patch_starts;
-use crate::audit::local::LocalReference;
-use crate::audit::{AuditOptions, CadReference, audit_from};
-use crate::cad::model::Edge;
-use crate::convert::{ConvertOptions, convert};
-use crate::geometry::{Aabb, Vec3};
-use crate::mesh::mapped::is_crease;
-use crate::mesh::mapped::plan::{Divisions, Plan};
-use crate::mesh::{MeshFeet, SurfaceMesh};
-use crate::tool::side::{SideCurve, side_ends, sides_used_once};
-use crate::tool::{Patch, ToolModel};
+use crate::{ConvertOptions, convert};
+use kanagata_audit::local::LocalReference;
+use kanagata_audit::{AuditOptions, CadReference, audit_from};
+use kanagata_cad::model::Edge;
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_mesh::mapped::is_crease;
+use kanagata_mesh::mapped::plan::{Divisions, Plan};
+use kanagata_mesh::{MeshFeet, SurfaceMesh};
+use kanagata_tool::side::{SideCurve, side_ends, sides_used_once};
+use kanagata_tool::{Patch, ToolModel};
 
 /// Tolerance factors for faces evaluated alone, largest first: the vertex motion of the complete model reduces the
 /// errors.

@@ -1,6 +1,6 @@
 //! Result of the evaluation of one face.
 
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// Errors of the patches of one face.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,10 +4,10 @@ use super::budget::Budget;
 use super::error::ToleranceError;
 use super::goal::{Goal, Refined};
 use super::state::State;
-use crate::audit::AuditReport;
-use crate::audit::report::{FaceAudit, PatchAudit};
-use crate::cad::Model;
-use crate::geometry::Vec3;
+use kanagata_audit::AuditReport;
+use kanagata_audit::report::{FaceAudit, PatchAudit};
+use kanagata_cad::Model;
+use kanagata_geometry::Vec3;
 
 /// Violations of the goal by a complete model. Faces have the numbers of the plan.
 #[derive(Debug)]

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use crate::audit::AuditReport;
-use crate::convert::ConvertReport;
-use crate::tool::ToolModel;
+use crate::ConvertReport;
+use kanagata_audit::AuditReport;
+use kanagata_tool::ToolModel;
 
 /// Tolerances of a refinement.
 #[derive(Debug, Clone, Copy, PartialEq)]

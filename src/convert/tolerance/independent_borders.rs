@@ -14,20 +14,20 @@ use super::faults::{faces_above_tolerance, folded_faces};
 use super::goal::{Borders, Goal, Refined};
 use super::scope::Scope;
 use super::single_face::SingleFace;
-use crate::audit::{AuditOptions, audit, open_sides};
-use crate::convert::conversion::{crease_count, faces_away};
-use crate::convert::{ConvertOptions, ConvertReport};
-use crate::mesh::mapped::plan::Plan;
-use crate::mesh::mapped::{MappedOptions, mesh};
-use crate::tool::build::{EdgeChoice, StraightEdge, build};
-use crate::tool::{GivenCurve, ToolModel};
+use crate::conversion::{crease_count, faces_away};
+use crate::{ConvertOptions, ConvertReport};
+use kanagata_audit::{AuditOptions, audit, open_sides};
+use kanagata_mesh::mapped::plan::Plan;
+use kanagata_mesh::mapped::{MappedOptions, mesh};
+use kanagata_tool::build::{EdgeChoice, StraightEdge, build};
+use kanagata_tool::{GivenCurve, ToolModel};
 
 /// Maximum rounds of refinement of borders with too large a gap.
 const ROUNDS_MAX: usize = 60;
 /// Allowed gap over the model size without a length tolerance.
 const GAP_DEFAULT_REL: f64 = 1e-3;
 /// Maximum allowed gap over the model size for any tolerance, just below the limit of tool files.
-const GAP_MAX_REL: f64 = 0.99 * crate::tool::file::BORDER_GAP_MAX_REL;
+const GAP_MAX_REL: f64 = 0.99 * kanagata_tool::file::BORDER_GAP_MAX_REL;
 /// Minimum distance of a side from its edge, over the allowed gap, for this side to be a cause of the gap.
 const CAUSE_RATIO_MIN: f64 = 0.1;
 
@@ -371,5 +371,5 @@ fn join_tools(models: &[FaceModel], options: &ConvertOptions) -> Result<ToolMode
     }
     let choice = EdgeChoice { rule: options.edges, given };
     let built = build(options.name.clone(), options.kind, vertices, normals, corners, choice);
-    Ok(built.map_err(crate::convert::ConvertError::from)?.0)
+    Ok(built.map_err(crate::ConvertError::from)?.0)
 }

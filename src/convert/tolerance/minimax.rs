@@ -232,7 +232,7 @@ fn conjugate_gradients(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Vec3;
+    use kanagata_geometry::Vec3;
 
     fn row(delta: f64, rates: &[(usize, f64)]) -> Row {
         Row { delta, rates: rates.to_vec() }

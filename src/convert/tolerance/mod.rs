@@ -44,9 +44,9 @@ pub use goal::{Aim, Borders, Goal, Refined};
 
 use std::time::{Duration, Instant};
 
-use crate::audit::CadReference;
-use crate::cad::Model;
-use crate::mesh::mapped::MappedOptions;
+use kanagata_audit::CadReference;
+use kanagata_cad::Model;
+use kanagata_mesh::mapped::MappedOptions;
 
 use super::ConvertOptions;
 use face_error::FaceEvaluator;
@@ -232,7 +232,7 @@ pub fn to_patches(
         }
         fewer_patches(plain, scope.refine(&estimating, &goal(tol_mm)))
     };
-    let size = crate::geometry::Aabb::of_points(&model.vertices).diagonal();
+    let size = kanagata_geometry::Aabb::of_points(&model.vertices).diagonal();
     let found = match borders {
         Borders::Conforming => smallest_error(conforming, size, patches),
         Borders::Independent => with_independent_faces(&scope, |faces| {

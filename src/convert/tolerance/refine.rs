@@ -16,11 +16,11 @@ use super::scope::{Scope, shift_face_numbers};
 use super::search::Search;
 use super::starts::patch_starts;
 use super::state::State;
-use crate::audit::{Audit, AuditOptions, AuditReport, audit, audit_from};
-use crate::convert::{ConvertOptions, ConvertReport, convert};
-use crate::geometry::Vec3;
-use crate::mesh::{MeshFeet, SurfaceMesh};
-use crate::tool::ToolModel;
+use crate::{ConvertOptions, ConvertReport, convert};
+use kanagata_audit::{Audit, AuditOptions, AuditReport, audit, audit_from};
+use kanagata_geometry::Vec3;
+use kanagata_mesh::{MeshFeet, SurfaceMesh};
+use kanagata_tool::ToolModel;
 
 /// Tolerance factor above which a search is made only while the budget is cheap.
 const FACTOR_MAX_UNLESS_CHEAP: f64 = 2.0;

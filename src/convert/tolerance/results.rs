@@ -9,7 +9,7 @@ use super::face_result::FaceResult;
 use super::faults::Faults;
 use super::goal::{Goal, Refined};
 use super::state::State;
-use crate::mesh::SurfaceMesh;
+use kanagata_mesh::SurfaceMesh;
 
 /// Key of a result: face, divisions of its edges in loop order, density, mapped, and whether the mesh has interior nodes
 /// that the coarsest meshes leave out.

@@ -9,15 +9,15 @@ use super::goal::Goal;
 use super::results::{Closest, Evaluations, Models};
 use super::slide_estimate::Neighbours;
 use super::state::State;
-use crate::audit::local::LocalReference;
-use crate::audit::{CadReference, ReferenceSurface};
-use crate::cad::Model;
-use crate::convert::ConvertOptions;
-use crate::mesh::MeshError;
-use crate::mesh::mapped::MappedOptions;
-use crate::mesh::mapped::plan::Plan;
-use crate::progress::Progress;
-use crate::tool::ToolModel;
+use crate::ConvertOptions;
+use kanagata_audit::local::LocalReference;
+use kanagata_audit::{CadReference, ReferenceSurface};
+use kanagata_cad::Model;
+use kanagata_mesh::MeshError;
+use kanagata_mesh::mapped::MappedOptions;
+use kanagata_mesh::mapped::plan::Plan;
+use kanagata_progress::Progress;
+use kanagata_tool::ToolModel;
 
 /// Scope of a refinement, with the data that do not change during the search.
 pub(super) struct Scope<'a> {

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::cad::Model;
-use crate::cad::model::Edge;
+use kanagata_cad::Model;
+use kanagata_cad::model::Edge;
 
 /// One face as a model of its own.
 pub(super) struct SingleFace {

@@ -1,13 +1,13 @@
 //! Estimate of the error of a face after the vertex motion, for a face evaluated alone. The directions of its vertices
 //! follow from the adjacent faces; the shifts are optimal for this face.
 
-use crate::audit::Audit;
-use crate::cad::Model;
-use crate::convert::{ConvertError, ConvertOptions};
-use crate::geometry::{Vec2, Vec3};
-use crate::mesh::mapped::{is_crease, is_flat};
-use crate::tool::ToolModel;
-use crate::tool::side::{SideCurve, side_ends, sides_used_once};
+use crate::{ConvertError, ConvertOptions};
+use kanagata_audit::Audit;
+use kanagata_cad::Model;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_mesh::mapped::{is_crease, is_flat};
+use kanagata_tool::ToolModel;
+use kanagata_tool::side::{SideCurve, side_ends, sides_used_once};
 
 use super::balance::error_rows;
 use super::minimax::{largest_error, minimax_shifts};
@@ -46,7 +46,7 @@ impl Neighbours {
             let face = &model.faces[k];
             is_flat(face).then(|| face.normal(surface_centre(model, k))).flatten()
         };
-        let edge = |e: &crate::cad::model::Edge| {
+        let edge = |e: &kanagata_cad::model::Edge| {
             (e.uses.iter().map(|u| u[0]).collect(), is_crease(model, e))
         };
         Self {

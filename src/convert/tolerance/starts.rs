@@ -1,11 +1,11 @@
 //! Starts of the closest-point searches of an audit: parameters of the CAD near the middles of patches.
 
-use crate::audit::sample::{PatchSamples, middle};
-use crate::cad::Model;
-use crate::geometry::{Vec2, Vec3};
-use crate::mesh::MeshFeet;
-use crate::tool::model::PatchCorners;
-use crate::tool::{Patch, ToolModel};
+use kanagata_audit::sample::{PatchSamples, middle};
+use kanagata_cad::Model;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_mesh::MeshFeet;
+use kanagata_tool::model::PatchCorners;
+use kanagata_tool::{Patch, ToolModel};
 
 /// For each patch the mean of the parameters of its corners, where the mesher knows them. `None` where the point there is
 /// farther from the middle of the patch than half its longest diagonal, as across a seam. The faces of `model` have the

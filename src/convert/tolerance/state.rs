@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::face_result::FaceResult;
-use crate::geometry::Vec3;
-use crate::mesh::mapped::plan::Divisions;
+use kanagata_geometry::Vec3;
+use kanagata_mesh::mapped::plan::Divisions;
 
 /// Divisions of a model and the resulting errors of its faces.
 #[derive(Debug, Clone)]

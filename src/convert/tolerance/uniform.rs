@@ -3,11 +3,11 @@
 use super::closest::{goal_ratio, is_valid};
 use super::goal::{Goal, Refined};
 use super::scope::Scope;
-use crate::convert::unfolded::mesh_and_convert;
-use crate::convert::{ConvertOptions, ConvertReport, convert};
-use crate::mesh::mapped::{self, MappedOptions, mesh};
-use crate::mesh::{MeshFeet, SurfaceMesh};
-use crate::tool::ToolModel;
+use crate::unfolded::mesh_and_convert;
+use crate::{ConvertOptions, ConvertReport, convert};
+use kanagata_mesh::mapped::{self, MappedOptions, mesh};
+use kanagata_mesh::{MeshFeet, SurfaceMesh};
+use kanagata_tool::ToolModel;
 
 /// A model and the report of its conversion.
 type Converted = (ToolModel, ConvertReport);

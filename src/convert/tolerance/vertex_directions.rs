@@ -6,11 +6,11 @@
 //!
 //! Flats stay exactly flat.
 
-use crate::cad::Model;
-use crate::geometry::Vec3;
-use crate::mesh::mapped::is_flat;
-use crate::tool::ToolModel;
-use crate::tool::side::SideCurve;
+use kanagata_cad::Model;
+use kanagata_geometry::Vec3;
+use kanagata_mesh::mapped::is_flat;
+use kanagata_tool::ToolModel;
+use kanagata_tool::side::SideCurve;
 
 /// Minimum sine of the angle between a curved face and a flat for a vertex on their crease to move. A unit shift
 /// changes the error by this sine.

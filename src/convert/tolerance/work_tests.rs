@@ -3,14 +3,16 @@
 use std::path::Path;
 
 use super::*;
-use crate::convert::normals::vertex_normals;
-use crate::convert::searches::{SearchLimits, Searches};
-use crate::geometry::Vec3;
-use crate::mesh::mapped::mesh;
+use crate::normals::vertex_normals;
+use crate::searches::{SearchLimits, Searches};
+use kanagata_geometry::Vec3;
+use kanagata_mesh::mapped::mesh;
 
 fn read(file: &str) -> Model {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming").join(file);
-    crate::cad::read(&path).unwrap().0
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .join("fixtures/forming")
+        .join(file);
+    kanagata_cad::read(&path).unwrap().0
 }
 
 /// Patches evaluated for `tol_mm`, and patches of the result.
@@ -49,7 +51,7 @@ fn vertices_beside_their_faces_need_no_search_of_the_surface() {
     let mut mesh = mesh(&model, &options).unwrap();
     let off = |x: &Vec3| Vec3::new(x.y.sin(), x.z.sin(), x.x.sin()) * 1e-7;
     mesh.vertices.iter_mut().for_each(|x| *x += off(x));
-    let cells = |mesh: &crate::mesh::SurfaceMesh| {
+    let cells = |mesh: &kanagata_mesh::SurfaceMesh| {
         let searches = Searches::new(&model, mesh, SearchLimits::NAGATA);
         let table = vertex_normals(&model, mesh, 0.0, &searches).unwrap();
         assert!(table.ids.len() == mesh.elements.len());

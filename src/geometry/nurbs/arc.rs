@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::curve::{Curve, Curve3};
-use crate::geometry::{Frame, Vec3};
+use crate::{Frame, Vec3};
 
 fn span_count([from, to]: [f64; 2]) -> usize {
     ((to - from) / FRAC_PI_2 - 1e-9).ceil().clamp(1.0, 64.0) as usize

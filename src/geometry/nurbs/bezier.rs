@@ -4,7 +4,7 @@ use nalgebra::Vector4;
 
 use super::basis::{LARGE, MEDIUM, SMALL, WIDE, bernstein};
 use super::derivs::{SurfaceDerivs, tensor};
-use crate::geometry::{Aabb, Vec2};
+use crate::{Aabb, Vec2};
 
 /// A rational Bezier patch over a rectangle of the parameter plane. A curve has degree 0 along v.
 #[derive(Debug, Clone)]

@@ -7,7 +7,7 @@ use super::basis::{LARGE, MEDIUM, SMALL, WIDE, basis, basis_values};
 use super::net::{Net, check_knots, check_weights};
 use super::prepared::Prepared;
 use super::projector::CurveProjector;
-use crate::geometry::Affine;
+use crate::Affine;
 
 /// A rational B-spline curve in `D` dimensions. Invariants, checked by [`Curve::try_new`]: degree >= 1,
 /// `knots.len() == points.len() + degree + 1`, knots non-decreasing with a non-empty domain, weights positive.

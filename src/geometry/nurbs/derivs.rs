@@ -3,7 +3,7 @@
 use nalgebra::Vector4;
 
 use super::basis::BasisWindow;
-use crate::geometry::Vec3;
+use crate::Vec3;
 
 /// Point and derivatives of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,7 +4,7 @@
 use nalgebra::Vector4;
 
 use super::basis::{LARGE, MEDIUM, bernstein, binomial};
-use crate::geometry::Vec2;
+use crate::Vec2;
 
 /// Binomial factors of a pair of degrees.
 #[derive(Debug, Clone)]

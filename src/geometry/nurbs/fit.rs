@@ -226,7 +226,7 @@ fn error<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::super::Curve2;
-    use crate::geometry::Vec2;
+    use crate::Vec2;
 
     #[test]
     fn a_fitted_circle_keeps_the_tolerance() {

@@ -4,11 +4,11 @@ use super::bezier::BezierPiece;
 use super::derivs::SurfaceDerivs;
 use super::newton::{Bounds, newton_step};
 use super::surface::Surface;
-use crate::geometry::{Vec2, Vec3};
+use crate::{Vec2, Vec3};
 
 /// A foot point near known parameters.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct NearFoot {
+pub struct NearFoot {
     /// Parameters; up to [`OUTSIDE_MAX_REL`] of a knot span outside the domain.
     pub uv: Vec2,
     /// Point [mm].
@@ -44,7 +44,7 @@ impl Surface {
     /// foot point.
     ///
     /// `None` where the distance is not convex or the iteration does not end.
-    pub(crate) fn foot_near(&self, p: &Vec3, start: Vec2, accuracy_mm: f64) -> Option<NearFoot> {
+    pub fn foot_near(&self, p: &Vec3, start: Vec2, accuracy_mm: f64) -> Option<NearFoot> {
         let (bounds, pieces) = (self.bounds(), self.projector());
         let mut x = start;
         for _ in 0..EVALUATIONS_MAX {
@@ -120,8 +120,8 @@ fn truncation(d: &SurfaceDerivs, step: Vec2) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Frame;
-    use crate::geometry::nurbs::Curve3;
+    use crate::Frame;
+    use crate::nurbs::Curve3;
 
     /// Points 0.05 mm off a fillet, with starts up to 10 degrees away: the foot point is within 1e-3 of that distance.
     #[test]

@@ -4,7 +4,7 @@ use nalgebra::Vector4;
 
 use super::Surface;
 use super::basis::{BasisWindow, LARGE, MEDIUM, SMALL, WIDE, basis, span};
-use crate::geometry::Vec3;
+use crate::Vec3;
 
 /// Point and first derivatives of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,7 +95,7 @@ impl Isoline<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Vec2;
+    use crate::Vec2;
 
     #[test]
     fn a_line_is_the_surface_at_its_parameter() {

@@ -1,11 +1,11 @@
 //! Bounded Newton iteration for the point projection `min |S(u, v) - p|^2 / 2` over a parameter rectangle.
 
 use super::derivs::SurfaceDerivs;
-use crate::geometry::{Vec2, Vec3};
+use crate::{Vec2, Vec3};
 
 /// A rectangle of parameters; a direction of zero width is fixed.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Bounds {
+pub struct Bounds {
     /// Smallest parameters.
     pub low: Vec2,
     /// Largest parameters.
@@ -13,6 +13,7 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
+    /// The unit square.
     pub const UNIT: Self = Self { low: Vec2::new(0.0, 0.0), high: Vec2::new(1.0, 1.0) };
 
     pub(super) fn clamp(&self, x: Vec2) -> Vec2 {
@@ -40,7 +41,7 @@ const TO_ROUNDING: Limits = Limits { resolution: 1e-12, iterations: 50, halvings
 const COARSE: Limits = Limits { resolution: 1e-6, iterations: 12, halvings: 6 };
 
 /// Local minimum of the distance reached from `start`: parameters and squared distance.
-pub(crate) fn descend(
+pub fn descend(
     derivs: impl Fn(Vec2) -> SurfaceDerivs,
     p: &Vec3,
     start: Vec2,
@@ -51,7 +52,7 @@ pub(crate) fn descend(
 }
 
 /// As [`descend`], with parameters to 1e-6 of the bounds or better. Also returns the derivatives.
-pub(crate) fn descend_coarsely(
+pub fn descend_coarsely(
     derivs: impl Fn(Vec2) -> SurfaceDerivs,
     p: &Vec3,
     start: Vec2,
@@ -147,7 +148,7 @@ fn positive_definite([a, b, c]: [f64; 3], gauss: [f64; 3]) -> Option<[f64; 3]> {
 
 /// Minimiser of `g . s + s . H s / 2` for steps between `room[0]` and `room[1]`; `None` unless `H = [a, b, c]` is
 /// positive definite.
-pub(crate) fn bounded_step([a, b, c]: [f64; 3], g: Vec2, room: [Vec2; 2]) -> Option<Vec2> {
+pub fn bounded_step([a, b, c]: [f64; 3], g: Vec2, room: [Vec2; 2]) -> Option<Vec2> {
     let det = a * c - b * b;
     let wide = [0, 1].map(|k| room[0][k] < room[1][k]);
     if wide[0] && wide[1] && a > 0.0 && det > 1e-14 * a * c {
@@ -173,7 +174,7 @@ pub(crate) fn bounded_step([a, b, c]: [f64; 3], g: Vec2, room: [Vec2; 2]) -> Opt
 }
 
 /// `-H^-1 g` in the free parameters; `None` unless H is positive definite there.
-pub(crate) fn newton_step([a, b, c]: [f64; 3], g: Vec2, held: [bool; 2]) -> Option<Vec2> {
+pub fn newton_step([a, b, c]: [f64; 3], g: Vec2, held: [bool; 2]) -> Option<Vec2> {
     match held {
         [true, true] => Some(Vec2::zeros()),
         [true, false] => (c > 0.0).then(|| Vec2::new(0.0, -g.y / c)),

@@ -2,8 +2,8 @@
 
 use super::derivs::SurfaceDerivs;
 use super::surface::Surface;
-use crate::geometry::frame::unit;
-use crate::geometry::{Vec2, Vec3};
+use crate::frame::unit;
+use crate::{Vec2, Vec3};
 
 /// Sine of the angle between the first derivatives below which a point may be a degenerate corner. 0.05 is about three
 /// degrees.

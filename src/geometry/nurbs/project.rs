@@ -6,7 +6,7 @@ use super::derivs::SurfaceDerivs;
 use super::newton::{Bounds, descend, descend_coarsely};
 use super::projector::{CurveProjector, SurfaceProjector};
 use super::surface::Surface;
-use crate::geometry::{Vec2, Vec3};
+use crate::{Vec2, Vec3};
 
 impl Curve3 {
     /// Closest point, global over the curve: parameter and squared distance [mm^2].
@@ -169,7 +169,7 @@ impl Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Frame;
+    use crate::Frame;
 
     #[test]
     fn closest_points_of_a_circle_and_a_torus_are_exact() {

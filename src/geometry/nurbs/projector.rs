@@ -8,8 +8,8 @@ use nalgebra::Vector4;
 use super::bezier::BezierPiece;
 use super::distance_form::{Coefficients, DistanceForm};
 use super::newton::{Bounds, descend, rounding};
-use crate::geometry::box_tree::BoxTree;
-use crate::geometry::{Aabb, Vec2, Vec3};
+use crate::box_tree::BoxTree;
+use crate::{Aabb, Vec2, Vec3};
 
 /// Accuracy of the verified distance relative to the size of the geometry. Doubled: fewer cells, twice the error.
 const RELATIVE_ACCURACY: f64 = 1e-11;

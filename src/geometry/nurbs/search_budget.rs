@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use super::surface::Surface;
-use crate::geometry::{Vec2, Vec3};
+use crate::{Vec2, Vec3};
 
 /// Cells (parts of Bezier pieces) that the searches of one task may examine together. Threads may share it.
 ///

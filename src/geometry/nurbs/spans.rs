@@ -7,7 +7,7 @@ use super::bezier::BezierPiece;
 use super::curve::Curve3;
 use super::projector::{CurveProjector, SurfaceProjector};
 use super::surface::Surface;
-use crate::geometry::{Vec2, Vec3};
+use crate::{Vec2, Vec3};
 
 /// A non-empty knot span with the matrix that maps the control points acting on it to its Bezier points (Bezier
 /// extraction).

@@ -9,7 +9,7 @@ use super::derivs::{SurfaceDerivs, tensor};
 use super::net::{Net, check_knots, check_weights};
 use super::prepared::Prepared;
 use super::projector::SurfaceProjector;
-use crate::geometry::{Affine, Vec2, Vec3};
+use crate::{Affine, Vec2, Vec3};
 
 /// A rational B-spline surface. Control point (i, j), i along u and j along v, is `points[i * count_v + j]`.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 use super::arc::{angle_of_parameter, arc_knots, arc_points, parameter_of_angle, span_angles};
 use super::curve::Curve3;
 use super::surface::Surface;
-use crate::geometry::{Frame, Vec3};
+use crate::{Frame, Vec3};
 
 impl Surface {
     /// Planar rectangle `origin + u x + v y`.

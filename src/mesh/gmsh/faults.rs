@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::plan::Plan;
-use crate::cad::Model;
-use crate::mesh::SurfaceMesh;
-use crate::mesh::quality::{corner_jacobians, face_areas};
+use crate::SurfaceMesh;
+use crate::quality::{corner_jacobians, face_areas};
+use kanagata_cad::Model;
 
 /// Signed sine of a corner angle below which the corner is folded or straight.
 const STRAIGHT_CORNER_SINE: f64 = 1e-3;

@@ -29,8 +29,8 @@ use self::run::Run;
 use super::external::{from_any_folder, on_path, work_folder};
 use super::inverted::{self, Mended};
 use super::{MeshError, MeshReport, SurfaceMesh, attach};
-use crate::cad::Model;
-use crate::geometry::Aabb;
+use kanagata_cad::Model;
+use kanagata_geometry::Aabb;
 
 /// A mesh made by gmsh.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::mesh::MeshError;
-use crate::mesh::mapped::MeshStyle;
+use crate::MeshError;
+use crate::mapped::MeshStyle;
 
 /// gmsh's algorithms for surfaces, with its own numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::geometry::Vec3;
-use crate::mesh::MeshError;
-use crate::mesh::io::cursor::Cursor;
+use crate::MeshError;
+use crate::io::cursor::Cursor;
+use kanagata_geometry::Vec3;
 
 /// Curves and surfaces by gmsh tag.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 
 use super::options::GmshOptions;
 use super::outline::{Curve, Outline};
-use crate::geometry::Vec3;
-use crate::mesh::mapped::divisions::{self, Rule};
+use crate::mapped::divisions::{self, Rule};
+use kanagata_geometry::Vec3;
 
 /// Angle between curves above which their common point is a corner [rad].
 const CORNER_ANGLE_MIN_RAD: f64 = PI / 7.2;

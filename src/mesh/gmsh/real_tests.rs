@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::*;
-use crate::mesh::mapped::MeshStyle;
+use crate::mapped::MeshStyle;
 
 const ALL: [GmshAlgorithm; 9] = [
     GmshAlgorithm::MeshAdapt,
@@ -26,8 +26,10 @@ fn is_there() -> bool {
 }
 
 fn part(file: &str) -> (PathBuf, Model) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming").join(file);
-    let model = crate::cad::read(&path).unwrap().0;
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .join("fixtures/forming")
+        .join(file);
+    let model = kanagata_cad::read(&path).unwrap().0;
     (path, model)
 }
 
@@ -174,11 +176,11 @@ fn a_program_that_is_too_old_ends_with_a_message_and_without_a_file() {
     for (oldest, ends) in [(script::VERSION_MIN, false), ([999, 0], true)] {
         let text = script::version_guard(oldest) + "Point(1) = {0, 0, 0};\n";
         let path = folder.path().join("guard.geo");
-        crate::files::write_atomic(&path, |w| w.write_all(text.as_bytes())).unwrap();
+        kanagata_files::write_atomic(&path, |w| w.write_all(text.as_bytes())).unwrap();
         let mut command = std::process::Command::new(&program);
         command.args(["guard.geo", "-1", "-o", "out.msh"]);
         let limit = std::time::Duration::from_secs(60);
-        let outcome = crate::mesh::external::run(&mut command, folder.path(), limit).unwrap();
+        let outcome = crate::external::run(&mut command, folder.path(), limit).unwrap();
         let log = String::from_utf8_lossy(&outcome.log).into_owned();
         assert_eq!(log.contains("too old; allowed: 999.0 or newer"), ends, "{log}");
         assert_eq!(folder.path().join("out.msh").exists(), !ends, "{log}");

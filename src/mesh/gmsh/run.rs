@@ -10,10 +10,10 @@ use super::options::GmshOptions;
 use super::outline::{self, Outline};
 use super::plan::Plan;
 use super::script;
-use crate::files::Input;
-use crate::mesh::external::{self, End};
-use crate::mesh::mapped::MeshStyle;
-use crate::mesh::{MeshError, SurfaceMesh, io};
+use crate::external::{self, End};
+use crate::mapped::MeshStyle;
+use crate::{MeshError, SurfaceMesh, io};
+use kanagata_files::Input;
 
 /// Number of lines of gmsh's log in a message.
 const LOG_LINES: usize = 12;
@@ -49,7 +49,7 @@ impl<'a> Run<'a> {
         tolerance: f64,
     ) -> Result<Self, MeshError> {
         let read = |source| MeshError::Read { path: cad.to_path_buf(), source };
-        let bytes = crate::files::read(cad, Input::Cad).map_err(read)?;
+        let bytes = kanagata_files::read(cad, Input::Cad).map_err(read)?;
         let start = &bytes[..bytes.len().min(2000)];
         let is_step = start.windows(12).any(|w| w == b"ISO-10303-21");
         let part = if is_step { "cad.stp" } else { "cad.igs" };
@@ -75,7 +75,7 @@ impl<'a> Run<'a> {
     pub fn outline(&self) -> Result<Outline, MeshError> {
         let numbers = [("Mesh.Binary", 0.0), ("Mesh.SaveAll", 1.0)];
         let file = self.start(&script::outline(), "-1", "outline.msh", &numbers)?;
-        let bytes = crate::files::read(&file, Input::Mesh)
+        let bytes = kanagata_files::read(&file, Input::Mesh)
             .map_err(|source| MeshError::Read { path: file.clone(), source })?;
         outline::parse(&bytes, "gmsh's outline.msh")
     }
@@ -178,5 +178,5 @@ fn log_tail(bytes: &[u8]) -> String {
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), MeshError> {
-    Ok(crate::files::write_atomic(path, |w| w.write_all(bytes))?)
+    Ok(kanagata_files::write_atomic(path, |w| w.write_all(bytes))?)
 }

@@ -2,9 +2,9 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 
 use super::*;
-use crate::cad::model::SurfaceKind;
-use crate::geometry::Vec3;
-use crate::mesh::mapped::{MappedOptions, MeshStyle};
+use crate::mapped::{MappedOptions, MeshStyle};
+use kanagata_cad::model::SurfaceKind;
+use kanagata_geometry::Vec3;
 
 /// One script at a time: a file that is open while another process starts cannot be executed.
 static ONE: std::sync::Mutex<()> = std::sync::Mutex::new(());
@@ -29,11 +29,11 @@ fn run_script(script: &str, limit_s: f64) -> Result<SurfaceMesh, MeshError> {
 }
 
 fn fixture(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming").join(file)
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("fixtures/forming").join(file)
 }
 
 fn model(file: &str) -> Model {
-    crate::cad::read(&fixture(file)).unwrap().0
+    kanagata_cad::read(&fixture(file)).unwrap().0
 }
 
 /// Error of meshing a part with a script that produces `mesh`.
@@ -46,7 +46,7 @@ fn result_of(mesh: &SurfaceMesh, file: &str) -> Result<GmshMesh, MeshError> {
     let _one = ONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let folder = tempfile::tempdir().unwrap();
     let given = folder.path().join("given.msh");
-    crate::mesh::io::write(mesh, &given).unwrap();
+    crate::io::write(mesh, &given).unwrap();
     let program = stand_in(folder.path(), &format!("cp '{}' out.msh", given.display()));
     let options =
         GmshOptions { program: Some(program), style: MeshStyle::Quads, ..GmshOptions::default() };
@@ -94,7 +94,7 @@ fn a_missing_program_is_named_with_the_remedy() {
 #[test]
 fn a_face_without_elements_is_named_with_the_remedy() {
     let model = model("cross_die_144.igs");
-    let mut mesh = crate::mesh::mapped::mesh(&model, &Default::default()).unwrap();
+    let mut mesh = crate::mapped::mesh(&model, &Default::default()).unwrap();
     mesh.elements.retain(|e| e.face != 4);
     let text = outcome_of(&mesh, "cross_die_144.igs").to_string();
     let source = &model.faces[4].source;
@@ -106,7 +106,7 @@ fn a_face_without_elements_is_named_with_the_remedy() {
 #[test]
 fn an_area_that_is_off_is_named_with_the_face_and_the_remedy() {
     let model = model("cross_die_144.igs");
-    let mesh = crate::mesh::mapped::mesh(&model, &Default::default()).unwrap();
+    let mesh = crate::mapped::mesh(&model, &Default::default()).unwrap();
     // All elements of the flat except one are removed.
     let mut holed = mesh.clone();
     let mut flat = mesh.elements.iter().filter(|e| e.face == 0).count();
@@ -132,14 +132,14 @@ fn inverted_elements_are_mended_with_a_note_or_named_with_the_remedy() {
     let file = "cross_die_144.igs";
     let model = model(file);
     let options = MappedOptions { max_size: Some(8.0), ..MappedOptions::default() };
-    let mesh = crate::mesh::mapped::mesh(&model, &options).unwrap();
+    let mesh = crate::mapped::mesh(&model, &options).unwrap();
     // A node inside a flat face is moved beyond one of its neighbours.
     let faces_at = |n: u32| -> BTreeSet<u32> {
         mesh.elements.iter().filter(|e| e.nodes().contains(&n)).map(|e| e.face).collect()
     };
     // Around a node inside, every node beside it belongs to two sides of elements there.
     let is_around = |n: u32| {
-        let sides = mesh.elements.iter().flat_map(crate::mesh::Element::sides);
+        let sides = mesh.elements.iter().flat_map(crate::Element::sides);
         let beside: Vec<u32> =
             sides.filter(|s| s.contains(&n)).map(|[a, b]| if a == n { b } else { a }).collect();
         beside.iter().all(|m| beside.iter().filter(|o| *o == m).count() == 2)
@@ -159,7 +159,7 @@ fn inverted_elements_are_mended_with_a_note_or_named_with_the_remedy() {
     assert!(made.notes.iter().any(|n| n.contains("nodes moved on")), "{:?}", made.notes);
     // An element turned over, on nodes of which none is free.
     let mut turned = mesh.to_triangles();
-    let bound = |e: &crate::mesh::Element| e.nodes().iter().all(|&n| faces_at(n).len() > 1);
+    let bound = |e: &crate::Element| e.nodes().iter().all(|&n| faces_at(n).len() > 1);
     let k = turned.elements.iter().position(|e| bound(e) && e.face != 0).unwrap();
     turned.elements[k] = turned.elements[k].reversed();
     let text = outcome_of(&turned, file).to_string();

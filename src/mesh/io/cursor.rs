@@ -1,6 +1,6 @@
 //! Cursor over a mesh file with numbers as text or raw bytes.
 
-use crate::mesh::MeshError;
+use crate::MeshError;
 
 /// Reads numbers from text or binary data, never beyond the end.
 pub struct Cursor<'a> {

@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use crate::geometry::Vec3;
-use crate::geometry::frame::unit;
-use crate::mesh::{Element, SurfaceMesh};
+use crate::{Element, SurfaceMesh};
+use kanagata_geometry::Vec3;
+use kanagata_geometry::frame::unit;
 
-/// Face index of elements without a face in the file; assigned by [`attach()`](crate::mesh::attach()).
+/// Face index of elements without a face in the file; assigned by [`attach()`](crate::attach()).
 pub const UNATTACHED: u32 = u32::MAX;
 
 /// Unit normals at the corners of an element, in the order of its nodes; zero where the file has none.

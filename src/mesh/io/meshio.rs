@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use super::mesh_file::MeshFile;
 use super::obj;
-use crate::files::Input;
-use crate::mesh::MeshError;
-use crate::mesh::external::{self, End, from_any_folder, on_path, work_folder};
+use crate::MeshError;
+use crate::external::{self, End, from_any_folder, on_path, work_folder};
+use kanagata_files::Input;
 
 /// Time limit [s].
 const LIMIT_S: u64 = 300;
@@ -64,7 +64,7 @@ pub(super) fn read_with(python: &Path, path: &Path, file: &str) -> Result<MeshFi
     let mut command = Command::new(python);
     // The program runs in another folder.
     let read = |source| MeshError::Read { path: path.to_path_buf(), source };
-    crate::files::open(path, Input::Mesh).map_err(read)?;
+    kanagata_files::open(path, Input::Mesh).map_err(read)?;
     command.arg("-c").arg(SCRIPT).arg(path.canonicalize().map_err(read)?).arg(&out);
     let absent = |tried: String| MeshError::MeshioAbsent { file: file.into(), tried };
     let outcome = external::run(&mut command, folder.path(), Duration::from_secs(LIMIT_S))
@@ -82,7 +82,7 @@ pub(super) fn read_with(python: &Path, path: &Path, file: &str) -> Result<MeshFi
         }
         End::Ended(_) => {}
     }
-    let bytes = crate::files::read(&out, Input::Mesh).map_err(read)?;
+    let bytes = kanagata_files::read(&out, Input::Mesh).map_err(read)?;
     let found = obj::parse(&bytes, file)?;
     if found.mesh.elements.is_empty() {
         return Err(failed("it holds no triangles or quadrilaterals".into()));

@@ -6,8 +6,8 @@ use super::mesh_file::UNATTACHED;
 use super::polygon;
 use super::tags::Tags;
 use super::volumes::{Volumes, is_result};
-use crate::geometry::Vec3;
-use crate::mesh::{Element, MeshError, SurfaceMesh};
+use crate::{Element, MeshError, SurfaceMesh};
+use kanagata_geometry::Vec3;
 
 /// Number of corners of hexahedral element types, 0 for other volume types, `None` for other types.
 fn volume_type(kind: i64) -> Option<usize> {

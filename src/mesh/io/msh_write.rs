@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::files::{WriteError, write_atomic};
-use crate::geometry::Aabb;
-use crate::mesh::{Element, SurfaceMesh};
+use crate::{Element, SurfaceMesh};
+use kanagata_files::{WriteError, write_atomic};
+use kanagata_geometry::Aabb;
 
 /// Writes the mesh with a gmsh entity per CAD face.
 pub fn write(mesh: &SurfaceMesh, path: &Path) -> Result<(), WriteError> {

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use crate::geometry::Vec3;
-use crate::geometry::numbers::first_fault;
-use crate::mesh::MeshError;
+use crate::MeshError;
+use kanagata_geometry::Vec3;
+use kanagata_geometry::numbers::first_fault;
 
 /// Extensions of mesh files, both supported ones and some read by meshio.
 const ENDINGS: [&str; 13] =
@@ -30,7 +30,7 @@ pub(super) fn name_of(path: &Path) -> String {
 }
 
 pub(super) fn bytes_of(path: &Path) -> Result<Vec<u8>, MeshError> {
-    crate::files::read(path, crate::files::Input::Mesh)
+    kanagata_files::read(path, kanagata_files::Input::Mesh)
         .map_err(|source| MeshError::Read { path: path.to_path_buf(), source })
 }
 

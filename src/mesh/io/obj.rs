@@ -3,8 +3,8 @@
 use super::cursor::Cursor;
 use super::mesh_file::{MeshFile, UNATTACHED, of_elements};
 use super::polygon;
-use crate::geometry::Vec3;
-use crate::mesh::MeshError;
+use crate::MeshError;
+use kanagata_geometry::Vec3;
 
 /// Index of a corner without normal.
 const NO_NORMAL: u32 = u32::MAX;

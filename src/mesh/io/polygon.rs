@@ -7,8 +7,8 @@ use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
 use super::mesh_file::{CornerNormals, with_normals};
-use crate::geometry::{Aabb, Vec3};
-use crate::mesh::{Element, MeshError};
+use crate::{Element, MeshError};
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Largest distance of a corner from the mean plane relative to the polygon's diagonal, for five or more corners.
 /// Doubled: polygons are accepted whose area depends on the division by more than about 10 %.
@@ -207,7 +207,7 @@ mod tests {
         let straight = flat(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]);
         let tip = (std::f64::consts::PI / 7.0).sin();
         for (corners, exact) in [(l, 300.0), (dart, 4.0), (straight, 4.0), (star(7), 14.0 * tip)] {
-            let turn = crate::geometry::Vec3::new(1.0, 2.0, -0.5).normalize();
+            let turn = kanagata_geometry::Vec3::new(1.0, 2.0, -0.5).normalize();
             for turned in [false, true] {
                 let tilted = |p: &Vec3| if turned { p - turn * (2.0 * p.dot(&turn)) } else { *p };
                 let corners: Vec<Vec3> = corners.iter().map(tilted).collect();

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::mesh_file::MeshFile;
 use super::named::{bytes_of, check_points, ending, is_parsed, name_of, other_ending};
 use super::{meshio, msh_read, obj, stl, vtu};
-use crate::mesh::{MeshError, SurfaceMesh};
+use crate::{MeshError, SurfaceMesh};
 
 /// Reads a surface mesh; see [`read_file`].
 ///

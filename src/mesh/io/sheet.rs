@@ -7,7 +7,7 @@ use super::named::{bytes_of, check_points, ending, is_parsed, name_of};
 use super::read::{parse, read_file};
 use super::volumes::{SheetElements, SheetMesh, Volumes, used};
 use super::{abaqus, msh_read, vtu};
-use crate::mesh::MeshError;
+use crate::MeshError;
 
 /// Reads a sheet from `.msh` (2.2, 4.1), `.vtu` or an Abaqus deck (`.inp`): its hexahedra or, without any, its
 /// quadrilaterals. Other formats of [`super::read`] yield their quadrilaterals. Coordinates are in mm.

@@ -2,8 +2,8 @@
 
 use super::cursor::Cursor;
 use super::mesh_file::Merger;
-use crate::geometry::Vec3;
-use crate::mesh::{MeshError, SurfaceMesh};
+use crate::{MeshError, SurfaceMesh};
+use kanagata_geometry::Vec3;
 
 /// Parses an STL file; `file` is used in messages.
 pub fn parse(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {

@@ -1,8 +1,8 @@
 use std::path::Path;
 
 use super::*;
-use crate::geometry::Vec3;
-use crate::mesh::{Element, MeshError, SurfaceMesh};
+use crate::{Element, MeshError, SurfaceMesh};
+use kanagata_geometry::Vec3;
 
 /// Two quads and a triangle on faces 0 and 3.
 fn sample() -> SurfaceMesh {
@@ -147,7 +147,8 @@ const DECK: &str = "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.25\n3, 1., 1., 0.1\n4, 0.
 
 /// A Python that has meshio, if there is one.
 fn python_with_meshio() -> Option<std::path::PathBuf> {
-    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join(".local/venv/bin/python");
+    let own =
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(".local/venv/bin/python");
     let named = std::env::var_os("KANAGATA_PYTHON").map(std::path::PathBuf::from);
     [named, Some(own), Some("python3".into())].into_iter().flatten().find(|p| {
         let asked = std::process::Command::new(p).args(["-c", "import meshio"]).output();

@@ -1,6 +1,6 @@
 //! Sheet meshes of files: hexahedra, or quadrilaterals without thickness.
 
-use crate::geometry::{Aabb, Vec3};
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Hexahedra of a file that may also have surfaces.
 pub(super) struct Volumes {

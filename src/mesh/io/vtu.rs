@@ -3,10 +3,10 @@
 use super::mesh_file::{MeshFile, UNATTACHED, of_elements};
 use super::polygon;
 use super::volumes::{Volumes, is_result};
-use crate::geometry::Vec3;
-use crate::mesh::{MeshError, SurfaceMesh};
-use crate::report::vtu_read::{self, Grid, GridArray};
-use crate::report::{CellKind, DataArray, Vtu};
+use crate::{MeshError, SurfaceMesh};
+use kanagata_geometry::Vec3;
+use kanagata_report::vtu_read::{self, Grid, GridArray};
+use kanagata_report::{CellKind, DataArray, Vtu};
 
 /// The mesh as a VTU grid with the cell array `face`; further arrays may be added.
 #[must_use]

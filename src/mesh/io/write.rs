@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::named::{ending, other_ending};
 use super::{msh_write, vtu};
-use crate::mesh::{MeshError, SurfaceMesh};
+use crate::{MeshError, SurfaceMesh};
 
 /// Writes a mesh; the format follows from the extension: `.msh` (MSH 4.1, ASCII, one surface entity per CAD face) or
 /// `.vtu`.

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::patchwork::{Node, Patchwork};
-use crate::cad::model::Face;
-use crate::mesh::Element;
+use crate::Element;
+use kanagata_cad::model::Face;
 
 /// Maximum number of passes; each bisects the longest side of every triangle.
 const PASSES_MAX: usize = 24;

@@ -9,10 +9,10 @@ use super::edge_tangents::EdgeTangents;
 use super::patchwork::Node;
 use super::sample::{Lengths, Lifted, MeasuredCurve};
 use super::sides::{Shape, is_joint};
-use crate::cad::Model;
-use crate::cad::model::{EdgeUse, Face};
-use crate::geometry::{Vec2, Vec3};
-use crate::mesh::MeshFeet;
+use crate::MeshFeet;
+use kanagata_cad::Model;
+use kanagata_cad::model::{EdgeUse, Face};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// A divided edge.
 struct Divided {

@@ -2,8 +2,8 @@
 //! without interior nodes then needs few elements.
 
 use super::patchwork::Node;
-use crate::cad::model::Face;
-use crate::geometry::{Vec2, Vec3};
+use kanagata_cad::model::Face;
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Maximum number of nodes on all loops; larger faces are triangulated. Doubled: 16 times the longest division.
 const NODES_MAX: usize = 96;
@@ -107,9 +107,9 @@ fn is_free(rings: &[Vec<Place>], bridge: &[Place; 2]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::mapped::edge_tangents::EdgeTangents;
-    use crate::mesh::mapped::polygon::quads;
-    use crate::mesh::mapped::polygon::tests::plane;
+    use crate::mapped::edge_tangents::EdgeTangents;
+    use crate::mapped::polygon::quads;
+    use crate::mapped::polygon::tests::plane;
 
     /// Nodes of a regular polygon, numbered from `first`, clockwise for negative `turn`.
     fn polygon(centre: [f64; 2], radius: f64, count: u32, turn: f64, first: u32) -> Vec<Node> {
@@ -133,7 +133,7 @@ mod tests {
         // 18 triangles, most of them recombined.
         assert!(work.elements.len() <= 11, "{}", work.elements.len());
         let half = |p: [Vec3; 3]| 0.5 * (p[1] - p[0]).cross(&(p[2] - p[0])).z;
-        let of = |e: &crate::mesh::Element| -> f64 {
+        let of = |e: &crate::Element| -> f64 {
             let p: Vec<Vec3> = e.nodes().iter().map(|&n| work.nodes[n as usize].point).collect();
             (2..p.len()).map(|k| half([p[0], p[k - 1], p[k]])).sum()
         };

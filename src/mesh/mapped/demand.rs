@@ -6,9 +6,9 @@ use std::f64::consts::FRAC_PI_2;
 use super::options::MappedOptions;
 use super::sample::{Lifted, MeasuredCurve, angle};
 use super::sides::Shape;
-use crate::cad::Model;
-use crate::cad::model::{Edge, Face, SurfaceKind};
-use crate::geometry::{Vec2, Vec3};
+use kanagata_cad::Model;
+use kanagata_cad::model::{Edge, Face, SurfaceKind};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Fraction of a division that is not rounded up: noise of CAD converters.
 const ROUNDING_DIVISIONS: f64 = 0.02;

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::geometry::sets::DisjointSets;
+use kanagata_geometry::sets::DisjointSets;
 
 /// A constraint of a face on the counts of its edges.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -8,8 +8,8 @@ use rustc_hash::FxHashMap;
 
 use super::patchwork::Node;
 use super::sine::sine;
-use crate::cad::model::Face;
-use crate::geometry::Vec3;
+use kanagata_cad::model::Face;
+use kanagata_geometry::Vec3;
 
 /// Signed sine of a corner between boundary sides below which the corner is inverted: less than straight by more than
 /// rounding. A straight corner is valid where the patch lies in its plane.

@@ -1,6 +1,6 @@
 //! Transfinite interpolation: points inside a four- or three-sided region from the points on its sides.
 
-use crate::geometry::Vec2;
+use kanagata_geometry::Vec2;
 
 /// A quantity that can be interpolated.
 pub trait Blend:

@@ -2,9 +2,9 @@
 
 use super::mesher::Mesher;
 use super::options::{MappedOptions, MeshStyle, check_options};
-use crate::cad::Model;
-use crate::mesh::{MeshError, SurfaceMesh};
-use crate::progress::Progress;
+use crate::{MeshError, SurfaceMesh};
+use kanagata_cad::Model;
+use kanagata_progress::Progress;
 
 /// Meshes every face of `model`.
 ///

@@ -1,6 +1,6 @@
 //! Size and style of a mapped mesh.
 
-use crate::mesh::MeshError;
+use crate::MeshError;
 
 /// What kinds of element a mesh is made of.
 #[derive(

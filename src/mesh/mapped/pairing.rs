@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use super::edge_tangents::EdgeTangents;
 use super::patchwork::Patchwork;
-use crate::cad::model::Face;
-use crate::geometry::Vec3;
-use crate::mesh::Element;
+use crate::Element;
+use kanagata_cad::model::Face;
+use kanagata_geometry::Vec3;
 
 /// Signed sine of the worst corner below which a pair remains two triangles.
 const CORNER_SINE_MIN: f64 = 0.35;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::cad::model::Face;
-use crate::geometry::{Vec2, Vec3};
-use crate::mesh::Element;
+use crate::Element;
+use kanagata_cad::model::Face;
+use kanagata_geometry::{Vec2, Vec3};
 
 /// A node of a face's mesh.
 #[derive(Debug, Clone, Copy)]

@@ -10,9 +10,9 @@ use super::mesh::even_quads;
 use super::mesher::Mesher;
 use super::options::{MappedOptions, MeshStyle, check_options};
 use super::sides::Shape;
-use crate::cad::Model;
-use crate::mesh::{MeshError, SurfaceMesh};
-use crate::progress::Progress;
+use crate::{MeshError, SurfaceMesh};
+use kanagata_cad::Model;
+use kanagata_progress::Progress;
 
 /// Data of a model that do not depend on the divisions.
 pub struct Plan<'m> {

@@ -3,9 +3,9 @@
 
 use super::patchwork::Patchwork;
 use super::sine::corner_sine;
-use crate::cad::model::Face;
-use crate::geometry::Vec3;
-use crate::mesh::Element;
+use crate::Element;
+use kanagata_cad::model::Face;
+use kanagata_geometry::Vec3;
 
 /// Sine of the worst corner angle below which a pair remains two triangles.
 const CORNER_SINE_MIN: f64 = 0.3;

@@ -4,8 +4,8 @@
 use super::edge_tangents::{EdgeTangents, INVERTED_CORNER_SINE};
 use super::patchwork::{Node, Patchwork};
 use super::sine::{corner_sine, sine};
-use crate::cad::model::Face;
-use crate::geometry::Vec3;
+use kanagata_cad::model::Face;
+use kanagata_geometry::Vec3;
 
 /// Smallest admissible sine of element corners.
 const CORNER_SINE_MIN: f64 = 0.08;
@@ -158,13 +158,13 @@ pub(super) mod tests {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
     use super::*;
-    use crate::cad::model::{SurfaceKind, TrimLoop};
-    use crate::geometry::nurbs::Surface;
-    use crate::geometry::{Frame, Vec2};
-    use crate::mesh::Element;
+    use crate::Element;
+    use kanagata_cad::model::{SurfaceKind, TrimLoop};
+    use kanagata_geometry::nurbs::Surface;
+    use kanagata_geometry::{Frame, Vec2};
 
     /// A plane of 20 by 20 about the origin, without loops.
-    pub(in crate::mesh::mapped) fn plane() -> Face {
+    pub(in crate::mapped) fn plane() -> Face {
         let frame = Frame::world();
         Face {
             surface: Surface::plane(&frame, [-10.0, 10.0], [-10.0, 10.0]),
@@ -287,7 +287,7 @@ pub(super) mod tests {
 
     #[test]
     fn triangles_at_joints_that_are_turned_over_are_opened_by_nodes_inside() {
-        use crate::mesh::mapped::{MappedOptions, trimmed};
+        use crate::mapped::{MappedOptions, trimmed};
         let (nodes, edge_tangents) = rounded(1);
         let made = |edge_tangents: &EdgeTangents| {
             trimmed::triangulate(

@@ -3,8 +3,8 @@
 use super::grid::{FourSides, RelativePositions, ThreeSides};
 use super::patchwork::{Node, Patchwork};
 use super::poles;
-use crate::cad::model::Face;
-use crate::geometry::{Vec2, Vec3};
+use kanagata_cad::model::Face;
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Sine of the worst corner below which a map is rejected.
 pub const CORNER_SINE_MIN: f64 = 0.05;

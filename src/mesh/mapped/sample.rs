@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use crate::cad::model::{EdgeUse, Face};
-use crate::geometry::nurbs::{Curve2, Curve3};
-use crate::geometry::{Vec2, Vec3};
+use kanagata_cad::model::{EdgeUse, Face};
+use kanagata_geometry::nurbs::{Curve2, Curve3};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Turning angle above which a curve may be divided by it [rad].
 const GRADED_TURN_MIN_RAD: f64 = 0.2;

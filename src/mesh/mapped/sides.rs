@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::sample::Lifted;
-use crate::cad::model::{EdgeUse, Face, TrimLoop};
-use crate::geometry::{Vec2, Vec3};
+use kanagata_cad::model::{EdgeUse, Face, TrimLoop};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Turning angle at a joint above which it is a corner, and below which it continues a side [rad].
 const CORNER_ANGLE_MIN_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;

@@ -1,9 +1,9 @@
 //! Signed sines of element corners.
 
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// Signed sine of the corner at `at` relative to `normal`.
-pub(in crate::mesh) fn corner_sine(before: &Vec3, at: &Vec3, after: &Vec3, normal: &Vec3) -> f64 {
+pub(crate) fn corner_sine(before: &Vec3, at: &Vec3, after: &Vec3, normal: &Vec3) -> f64 {
     sine(&(after - at), &(before - at), normal)
 }
 

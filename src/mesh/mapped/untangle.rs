@@ -3,8 +3,8 @@
 
 use super::patchwork::{Node, Patchwork};
 use super::sine::corner_sine;
-use crate::cad::model::Face;
-use crate::geometry::{Vec2, Vec3};
+use kanagata_cad::model::Face;
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Signed sine of the worst corner below which an element is improved.
 const POOR_CORNER_SINE: f64 = 0.15;

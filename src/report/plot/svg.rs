@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 
 use super::chart::{Axis, Plot, Series, Style};
 use super::ticks::{Short, even_ticks, log_ticks};
-use crate::report::digits::four_digits;
-use crate::report::foreign::{escaped, json_text, visible_text};
+use crate::digits::four_digits;
+use crate::foreign::{escaped, json_text, visible_text};
 
 /// Width of a plot [px].
 const WIDTH_PX: f64 = 840.0;
@@ -41,7 +41,7 @@ impl Scale {
 }
 
 /// The figure with the number `id` on its page and this height [px]. `title`: what it shows.
-pub(in crate::report) fn figure(plot: &Plot, title: &str, id: usize, height: usize) -> String {
+pub(crate) fn figure(plot: &Plot, title: &str, id: usize, height: usize) -> String {
     let [left, top, right, bottom] = MARGINS_PX;
     let height = height as f64;
     let [mut x, mut y] = plot.ranges();

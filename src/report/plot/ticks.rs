@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::ops::Range;
 
 /// Ascending ticks of a logarithmic axis. A short range has more ticks per decade; a very short one has even steps.
-pub(in crate::report) fn log_ticks(range: &Range<f64>) -> Vec<f64> {
+pub(crate) fn log_ticks(range: &Range<f64>) -> Vec<f64> {
     let (first, last) = (range.start.log10().floor() as i32, range.end.log10().ceil() as i32);
     let per_decade: &[f64] = match (range.end / range.start).log10() {
         decades if decades < 1.0 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
@@ -17,7 +17,7 @@ pub(in crate::report) fn log_ticks(range: &Range<f64>) -> Vec<f64> {
 }
 
 /// Three to nine multiples within the range of 1, 2 or 5 times a power of ten.
-pub(in crate::report) fn even_ticks(range: &Range<f64>) -> Vec<f64> {
+pub(crate) fn even_ticks(range: &Range<f64>) -> Vec<f64> {
     let quarter = (range.end - range.start) / 4.0;
     let decade = 10f64.powi(quarter.log10().floor() as i32);
     let step = [5.0, 2.0, 1.0].map(|m| m * decade).into_iter().find(|&step| step <= quarter);
@@ -32,7 +32,7 @@ pub(in crate::report) fn even_ticks(range: &Range<f64>) -> Vec<f64> {
 const TICKS_MAX: i32 = 16;
 
 /// A number formatted for an axis: at most six decimals, or an exponent.
-pub(in crate::report) struct Short(pub(in crate::report) f64);
+pub(crate) struct Short(pub(crate) f64);
 
 impl Display for Short {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::report::doubt::{Doubt, DoubtCode};
+use crate::doubt::{Doubt, DoubtCode};
 
 /// Estimated errors and the sequence of runs that they come from.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -2,7 +2,7 @@
 
 use super::sheet::THICKNESS_MIN_REL;
 use super::{FacePenetrationRecord, NeckingKind, RunRecord, Verdict};
-use crate::report::doubt::{Doubt, DoubtCode, place_mm};
+use crate::doubt::{Doubt, DoubtCode, place_mm};
 
 /// Penetration of a node over the maximum thickness, above which a doubt is raised.
 const NODE_PENETRATION_MAX_REL: f64 = 0.05;

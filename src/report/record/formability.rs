@@ -5,7 +5,7 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::report::doubt::place_mm;
+use crate::doubt::place_mm;
 
 /// Formability in the last equilibrium with tools. Strains are logarithmic principal strains of the mid-surface of the
 /// sheet, measured from the undeformed blank.

@@ -6,8 +6,8 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::files::{WriteError, write_atomic};
-use crate::report::csv;
+use crate::csv;
+use kanagata_files::{WriteError, write_atomic};
 
 /// One increment: a line of `history.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

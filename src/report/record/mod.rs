@@ -18,7 +18,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::doubt::Doubt;
-use crate::files::{WriteError, write_atomic};
+use kanagata_files::{WriteError, write_atomic};
 
 pub use accuracy::{AccuracyRecord, QuantityRecord, SequenceEnd, SequenceRunRecord};
 pub use files::{FilesRecord, StepFilesRecord};

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::RunRecord;
-use crate::report::doubt::{Doubt, DoubtCode, place_mm};
+use crate::doubt::{Doubt, DoubtCode, place_mm};
 
 /// Limits of quality of the part. Each that is exceeded is a doubt, and the run ends with exit code 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -205,7 +205,7 @@ impl RunRecord {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::record::{
+    use crate::record::{
         FormabilityRecord, LimitMarginRecord, SpringbackRecord, ThicknessRecord, ThinningRecord,
         TurnedPathsRecord, ZoneShares,
     };

@@ -5,7 +5,7 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::report::doubt::place_mm;
+use crate::doubt::place_mm;
 
 /// Thickness over the initial thickness, below which a doubt is raised. Sheet metals neck and fracture before.
 pub(super) const THICKNESS_MIN_REL: f64 = 0.5;
@@ -373,8 +373,8 @@ impl fmt::Display for StrainRecord {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::doubt::DoubtCode;
-    use crate::report::record::RunRecord;
+    use crate::doubt::DoubtCode;
+    use crate::record::RunRecord;
 
     #[test]
     fn the_largest_error_of_an_increment_is_one_with_tools() {

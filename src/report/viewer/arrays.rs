@@ -20,14 +20,14 @@ const MISSING: u16 = u16::MAX;
 
 /// The arrays of a page.
 #[derive(Debug, Clone, Default)]
-pub(in crate::report) struct Arrays {
+pub(crate) struct Arrays {
     texts: Vec<String>,
     known: HashMap<Vec<u8>, usize>,
 }
 
 impl Arrays {
     /// The arrays in base64.
-    pub(in crate::report) fn texts(&self) -> &[String] {
+    pub(crate) fn texts(&self) -> &[String] {
         &self.texts
     }
 
@@ -89,7 +89,7 @@ pub(super) mod tests {
     use super::*;
 
     /// The numbers of an array, read as the script does.
-    pub(in crate::report::viewer) fn decoded(arrays: &Arrays, what: &Value) -> Vec<f64> {
+    pub(in crate::viewer) fn decoded(arrays: &Arrays, what: &Value) -> Vec<f64> {
         let text = &arrays.texts[what["array"].as_u64().unwrap() as usize];
         let packed = STANDARD.decode(text).unwrap();
         let mut planes = Vec::new();

@@ -8,8 +8,8 @@ use super::arrays::Arrays;
 use super::colors;
 use super::surface::{Field, Location, Surface, Visibility};
 use super::view::View;
-use crate::geometry::Vec3;
-use crate::report::foreign::visible_text;
+use crate::foreign::visible_text;
+use kanagata_geometry::Vec3;
 
 /// The view for the script: parts, fields, steps, symmetry, and the largest error of the places [mm].
 pub(super) fn description(view: &View, arrays: &mut Arrays) -> Value {
@@ -127,8 +127,8 @@ fn frame_values(field: &Field, values: &[f64], numbers: &[u32], arrays: &mut Arr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::viewer::arrays::tests::decoded;
-    use crate::report::viewer::surface::Frame;
+    use crate::viewer::arrays::tests::decoded;
+    use crate::viewer::surface::Frame;
 
     #[test]
     fn the_script_gets_what_the_view_has() {

@@ -10,12 +10,12 @@ use super::colors;
 use super::description;
 use super::picture;
 use super::view::View;
-use crate::report::digits::four_digits;
-use crate::report::foreign::{escaped, json_text};
+use crate::digits::four_digits;
+use crate::foreign::{escaped, json_text};
 
 impl View {
     /// The figure with the number `id` on its page.
-    pub(in crate::report) fn figure(&self, id: usize, arrays: &mut Arrays) -> String {
+    pub(crate) fn figure(&self, id: usize, arrays: &mut Arrays) -> String {
         let fields = self.fields();
         let shown = fields
             .first()
@@ -72,8 +72,8 @@ fn color_bar(out: &mut String, (name, signed, [low, high]): (&str, bool, [f64; 2
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Vec3;
-    use crate::report::viewer::surface::{Field, Surface};
+    use crate::viewer::surface::{Field, Surface};
+    use kanagata_geometry::Vec3;
 
     #[test]
     fn a_figure_has_a_picture_and_its_words() {

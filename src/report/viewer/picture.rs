@@ -4,7 +4,7 @@ use super::colors::{color, table};
 use super::png;
 use super::surface::{Field, Location, Surface, Visibility};
 use super::view::View;
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// Size of the picture [px].
 pub(super) const SIZE: [usize; 2] = [960, 560];

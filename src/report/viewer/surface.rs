@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// Where a field has its values.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

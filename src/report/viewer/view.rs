@@ -63,7 +63,7 @@ impl View {
 mod tests {
     use super::super::surface::{Field, Frame};
     use super::*;
-    use crate::geometry::Vec3;
+    use kanagata_geometry::Vec3;
 
     fn triangle(name: &str, x: f64) -> Surface {
         Surface {

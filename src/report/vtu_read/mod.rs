@@ -9,7 +9,7 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
 use self::arrays::{Encoding, Source};
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// Why a `.vtu` file cannot be read.
 #[non_exhaustive]
@@ -65,7 +65,7 @@ pub struct GridArray {
 /// # Errors
 /// [`VtuError`] names the file and the array that cannot be used.
 pub fn read(path: &Path) -> Result<Grid, VtuError> {
-    let text = crate::files::read(path, crate::files::Input::Mesh)
+    let text = kanagata_files::read(path, kanagata_files::Input::Mesh)
         .map_err(|source| VtuError::Io { path: path.to_path_buf(), source })?;
     parse(&text).map_err(|(place, found)| VtuError::Invalid {
         path: path.to_path_buf(),

@@ -2,9 +2,9 @@
 
 use super::finding::Finding;
 use super::quality::has_free_stage;
-use crate::report::doubt::{Doubt, DoubtCode};
-use crate::scene::Plan;
-use crate::scene::types::BlankShape;
+use kanagata_report::doubt::{Doubt, DoubtCode};
+use kanagata_scene::Plan;
+use kanagata_scene::types::BlankShape;
 
 /// Errors for an accuracy that no sequence of runs can reach.
 pub(super) fn findings(plan: &Plan, out: &mut Vec<Finding>) {
@@ -45,7 +45,7 @@ pub(super) fn note(plan: &Plan) -> Option<Finding> {
 }
 
 /// The doubt about a single run of a scene that asks for an accuracy.
-pub(in crate::run) fn unjudged(plan: &Plan) -> Option<Doubt> {
+pub(crate) fn unjudged(plan: &Plan) -> Option<Doubt> {
     plan.scene.accuracy.as_ref().map(|_| {
         Doubt::new(
             DoubtCode::AccuracyNotReached,

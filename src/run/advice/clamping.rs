@@ -6,11 +6,11 @@
 
 use super::curvature::corners;
 use super::sharp_edge::Opposite;
-use crate::contact::Projection;
-use crate::geometry::Vec3;
-use crate::geometry::frame::unit;
-use crate::solver::{Motion, SimulationSetup, ToolSetup};
-use crate::tool::Patch;
+use kanagata_contact::Projection;
+use kanagata_geometry::Vec3;
+use kanagata_geometry::frame::unit;
+use kanagata_solver::{Motion, SimulationSetup, ToolSetup};
+use kanagata_tool::Patch;
 
 /// Largest clearance between the front of a tool and the opposing tool, over the thickness of the sheet.
 const CLEARANCE_MAX_REL: f64 = 1.5;

@@ -5,10 +5,10 @@ use super::element_size::SHAPE_ERROR_TOLERANCE_REL;
 use super::finding::{Conversion, Finding};
 use super::shape_error::{ShapeError, shape_error};
 use super::travel::end_of;
-use crate::audit::clearance::{ClearanceOptions, clearance};
-use crate::geometry::Vec3;
-use crate::scene::Plan;
-use crate::solver::SimulationSetup;
+use kanagata_audit::clearance::{ClearanceOptions, clearance};
+use kanagata_geometry::Vec3;
+use kanagata_scene::Plan;
+use kanagata_solver::SimulationSetup;
 
 /// Allowed sum of shape errors, over the clearance beside the sheet and over the thickness.
 const SHAPE_ERROR_PER_CLEARANCE: f64 = 0.5;
@@ -194,7 +194,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::contact::test_tools::{arc, revolved};
+    use crate::test_tools::{arc, revolved};
 
     #[test]
     fn room_is_held_against_thickness_and_shape_error() {

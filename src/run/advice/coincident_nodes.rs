@@ -4,9 +4,9 @@
 use rustc_hash::FxHashMap;
 
 use super::finding::Finding;
-use crate::geometry::Vec3;
-use crate::report::doubt::DoubtCode;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Vec3;
+use kanagata_report::doubt::DoubtCode;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Distance over the layer thickness below which two nodes coincide.
 const COINCIDENCE_REL: f64 = 1e-3;
@@ -63,7 +63,7 @@ fn coincident(points: &[Vec3], near: f64) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     #[test]
     fn unmerged_nodes_are_found() {

@@ -1,10 +1,10 @@
 //! Constrained nodes in the path of travelling tools: contact there has no solution.
 
 use super::finding::Finding;
-use crate::geometry::Vec3;
-use crate::report::doubt::{DoubtCode, place_mm};
-use crate::solver::reach::travel_range;
-use crate::solver::{SimulationSetup, ToolSetup};
+use kanagata_geometry::Vec3;
+use kanagata_report::doubt::{DoubtCode, place_mm};
+use kanagata_solver::reach::travel_range;
+use kanagata_solver::{SimulationSetup, ToolSetup};
 
 /// Component of the tool's direction along an axis above which a node constrained along that axis obstructs the tool.
 const PATH_COS_MIN: f64 = 0.1;

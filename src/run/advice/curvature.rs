@@ -2,10 +2,10 @@
 
 use nalgebra::Matrix2;
 
-use crate::geometry::frame::unit;
-use crate::geometry::{Mat3, Vec3};
-use crate::tool::Patch;
-use crate::tool::side::corners as parameters;
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::{Mat3, Vec3};
+use kanagata_tool::Patch;
+use kanagata_tool::side::corners as parameters;
 
 /// Angle between normals below which a patch counts as flat [rad].
 pub(super) const FLAT_ANGLE: f64 = 1e-3;
@@ -89,7 +89,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::contact::test_tools::{arc, plane, revolved};
+    use crate::test_tools::{arc, plane, revolved};
 
     #[test]
     fn balls_and_planes_have_their_curvatures() {

@@ -1,9 +1,9 @@
 //! In-plane sizes of the sheet's elements.
 
-use crate::geometry::box_tree::BoxTree;
-use crate::geometry::frame::unit;
-use crate::geometry::{Aabb, Vec3};
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::box_tree::BoxTree;
+use kanagata_geometry::frame::unit;
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Smallest in-plane component of a direction along which the element size is measured.
 const IN_PLANE_MIN: f64 = 0.1;
@@ -120,7 +120,7 @@ impl Sizes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     #[test]
     fn elements_are_measured_along_directions() {

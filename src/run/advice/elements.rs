@@ -1,11 +1,11 @@
 //! Layers of elements and points through the thickness, compared with what bending requires.
 
 use super::finding::Finding;
-use crate::report::doubt::DoubtCode;
-use crate::run::cost::{Cost, TIME_EXPONENT};
-use crate::scene::Plan;
-use crate::solver::element::ElementKind;
-use crate::solver::{Motion, SimulationSetup};
+use crate::cost::{Cost, TIME_EXPONENT};
+use kanagata_report::doubt::DoubtCode;
+use kanagata_scene::Plan;
+use kanagata_solver::element::ElementKind;
+use kanagata_solver::{Motion, SimulationSetup};
 
 /// Ratio of in-plane size to layer thickness above which fully integrated hexahedra lock in bending.
 const HEX8_SLENDERNESS_MAX: f64 = 4.0;

@@ -8,10 +8,10 @@ use super::curvature::corners;
 use super::element_size::Sizes;
 use super::finding::Finding;
 use super::sharp_edge::{EDGE_PARAMETERS, Edge, Opposite, SHARP_ANGLE};
-use crate::geometry::Vec3;
-use crate::geometry::frame::unit;
-use crate::solver::{SimulationSetup, ToolSetup};
-use crate::tool::side::SideCurve;
+use kanagata_geometry::Vec3;
+use kanagata_geometry::frame::unit;
+use kanagata_solver::{SimulationSetup, ToolSetup};
+use kanagata_tool::side::SideCurve;
 
 /// Offset beyond a border at which the tool is searched, over the mean element size.
 const PROBE_OFFSET_REL: f64 = 1e-3;

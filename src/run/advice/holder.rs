@@ -3,9 +3,9 @@
 
 use super::clamping::{opposes, opposite_tools};
 use super::finding::Finding;
-use crate::geometry::Vec3;
-use crate::report::doubt::DoubtCode;
-use crate::solver::{Motion, SimulationSetup, Stage, ToolSetup};
+use kanagata_geometry::Vec3;
+use kanagata_report::doubt::DoubtCode;
+use kanagata_solver::{Motion, SimulationSetup, Stage, ToolSetup};
 
 /// Mean holder pressure below which a doubt is raised [MPa]: a tenth of the minimum of Siebel's rule for drawing, 0.5 to
 /// 5 MPa. A force in kN in place of N is a factor of 1000.

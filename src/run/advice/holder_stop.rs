@@ -5,9 +5,9 @@ use rayon::prelude::*;
 
 use super::finding::Finding;
 use super::travel::end_of;
-use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::{SimulationSetup, ToolSetup};
+use kanagata_geometry::Vec3;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
+use kanagata_solver::{SimulationSetup, ToolSetup};
 
 /// Notes on tools without a stop that cover less of the sheet than the other tools draw.
 pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {
@@ -88,11 +88,11 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::contact::ToolSurface;
-    use crate::contact::test_tools::plane;
-    use crate::geometry::Mat3;
-    use crate::solver::sheet::hex_mesh::rectangle;
-    use crate::solver::{Placement, SheetSide};
+    use crate::test_tools::plane;
+    use kanagata_contact::ToolSurface;
+    use kanagata_geometry::Mat3;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
+    use kanagata_solver::{Placement, SheetSide};
 
     /// The width of a strip of 10 mm that may be drawn from under a holder over one part of it by a punch over another.
     fn width(turn: Mat3, held: [f64; 2], drawn: [f64; 2]) -> Option<f64> {

@@ -2,9 +2,9 @@
 
 use super::element_size::Sizes;
 use super::finding::Finding;
-use crate::report::doubt::DoubtCode;
-use crate::solver::penetration::inside;
-use crate::solver::{Motion, SimulationSetup};
+use kanagata_report::doubt::DoubtCode;
+use kanagata_solver::penetration::inside;
+use kanagata_solver::{Motion, SimulationSetup};
 
 /// Penetration over the thickness above which a doubt is raised ([`DoubtCode::InsideTool`]); below it is a note.
 const DEPTH_MAX_REL: f64 = 0.1;

@@ -2,10 +2,10 @@
 
 use super::finding::Finding;
 use super::material::FLOW_STRESS_STRAIN;
-use crate::report::doubt::DoubtCode;
-use crate::scene::Plan;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::{Motion, SimulationSetup};
+use kanagata_report::doubt::DoubtCode;
+use kanagata_scene::Plan;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
+use kanagata_solver::{Motion, SimulationSetup};
 
 /// Friction coefficient of a dry, galling sheet: the largest that is plausible.
 const FRICTION_MAX: f64 = 1.0;

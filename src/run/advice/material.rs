@@ -1,9 +1,9 @@
 //! Implausible material data.
 
 use super::finding::Finding;
-use crate::report::doubt::DoubtCode;
-use crate::solver::material::card::MaterialCard;
-use crate::solver::material::hardening::Hardening;
+use kanagata_report::doubt::DoubtCode;
+use kanagata_solver::material::card::MaterialCard;
+use kanagata_solver::material::hardening::Hardening;
 
 /// Plastic strain at which the flow stress is evaluated.
 pub(super) const FLOW_STRESS_STRAIN: f64 = 0.002;
@@ -80,7 +80,7 @@ fn flow_stress(card: &MaterialCard) -> Option<Finding> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::material::card;
+    use kanagata_solver::material::card;
 
     #[test]
     fn slips_of_units_are_seen_and_published_sheets_are_not() {

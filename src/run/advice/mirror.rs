@@ -1,14 +1,14 @@
 //! Images of surfaces at symmetry planes.
 
-use crate::contact::ToolSurface;
-use crate::geometry::Vec3;
+use kanagata_contact::ToolSurface;
+use kanagata_geometry::Vec3;
 
 /// Largest number of patches whose image is computed.
 const SAMPLED_PATCHES_MAX: usize = 2000;
 
 /// Whether the images of points of a surface at a plane normal to `axis` lie within `near` [mm] of it. Points for which
 /// `over` is false are not compared.
-pub(in crate::run) fn is_surface_symmetric(
+pub(crate) fn is_surface_symmetric(
     surface: &ToolSurface,
     (axis, at): (usize, f64),
     near: f64,
@@ -33,7 +33,7 @@ pub(in crate::run) fn is_surface_symmetric(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::test_tools::plane;
+    use crate::test_tools::plane;
 
     #[test]
     fn points_that_are_left_out_need_no_image() {

@@ -2,10 +2,10 @@
 //! probably reversed.
 
 use super::finding::Finding;
-use crate::contact::Projection;
-use crate::geometry::{Aabb, Vec3};
-use crate::solver::reach::travel_range;
-use crate::solver::{Motion, Placement, SimulationSetup, ToolSetup};
+use kanagata_contact::Projection;
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_solver::reach::travel_range;
+use kanagata_solver::{Motion, Placement, SimulationSetup, ToolSetup};
 
 /// Largest number of sheet nodes whose distance is computed.
 const SAMPLED_NODES_MAX: usize = 2000;

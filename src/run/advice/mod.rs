@@ -1,6 +1,6 @@
 //! Findings about a scene before it runs: errors, doubts, and choices that cost accuracy or time.
 
-pub(in crate::run) mod accuracy;
+pub(crate) mod accuracy;
 mod clamping;
 mod clearance;
 mod coincident_nodes;
@@ -15,11 +15,11 @@ mod holder_stop;
 mod initial_penetration;
 mod magnitudes;
 mod material;
-pub(in crate::run) mod mirror;
+pub(crate) mod mirror;
 mod missed_sheet;
 mod patches;
 mod quality;
-pub(in crate::run) mod radii;
+pub(crate) mod radii;
 mod refinement;
 mod sections;
 mod shape_error;
@@ -34,10 +34,10 @@ use self::clamping::Clamping;
 use self::element_size::Sizes;
 use self::sharp_edge::Opposite;
 use super::cost::Cost;
-use crate::report::doubt::DoubtCode;
-use crate::scene::Plan;
-use crate::solver::reach::reachable;
-use crate::solver::{Motion, SimulationSetup};
+use kanagata_report::doubt::DoubtCode;
+use kanagata_scene::Plan;
+use kanagata_solver::reach::reachable;
+use kanagata_solver::{Motion, SimulationSetup};
 
 pub use finding::{Conversion, Finding, Level, sort};
 pub use radii::longest_element;

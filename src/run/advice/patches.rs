@@ -6,10 +6,10 @@ use super::curvature::{PrincipalCurvature, corners};
 use super::element_size::Sizes;
 use super::finding::{Conversion, Finding};
 use super::radii::{SizedCurvature, sized};
-use crate::geometry::Vec3;
-use crate::report::doubt::DoubtCode;
-use crate::solver::ToolSetup;
-use crate::tool::Patch;
+use kanagata_geometry::Vec3;
+use kanagata_report::doubt::DoubtCode;
+use kanagata_solver::ToolSetup;
+use kanagata_tool::Patch;
 
 /// Length of a patch over that of an element below which the patch is finer than needed, if patches longer by the
 /// inverse are still within tolerance.
@@ -137,9 +137,9 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::contact::test_tools::{arc, plane, revolved};
-    use crate::solver::sheet::hex_mesh::rectangle;
-    use crate::tool::ToolModel;
+    use crate::test_tools::{arc, plane, revolved};
+    use kanagata_solver::sheet::hex_mesh::rectangle;
+    use kanagata_tool::ToolModel;
 
     #[test]
     fn patches_short_across_their_curvature_are_fine() {

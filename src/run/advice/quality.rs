@@ -1,9 +1,9 @@
 //! Limits of quality that the run cannot judge, and forming limits beyond their range.
 
 use super::finding::Finding;
-use crate::scene::Plan;
-use crate::scene::types::{Drive, Scene};
-use crate::solver::material::forming_limit::{FormingLimit, KEELER_THICKNESS_MAX};
+use kanagata_scene::Plan;
+use kanagata_scene::types::{Drive, Scene};
+use kanagata_solver::material::forming_limit::{FormingLimit, KEELER_THICKNESS_MAX};
 
 /// Errors for limits of quality without what they are judged by.
 pub(super) fn findings(plan: &Plan, out: &mut Vec<Finding>) {

@@ -4,13 +4,13 @@ use super::clamping::Clamping;
 use super::curvature::{FLAT_ANGLE, PrincipalCurvature, corners, principal_curvatures};
 use super::element_size::{Size, Sizes};
 use super::finding::Finding;
-use crate::contact::ToolSurface;
-use crate::geometry::{Aabb, Vec3};
-use crate::report::doubt::{DoubtCode, place_mm};
-use crate::run::cost::{Cost, TIME_EXPONENT};
-use crate::solver::reach::reachable;
-use crate::solver::{SimulationSetup, ToolSetup};
-use crate::tool::Patch;
+use crate::cost::{Cost, TIME_EXPONENT};
+use kanagata_contact::ToolSurface;
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_report::doubt::{DoubtCode, place_mm};
+use kanagata_solver::reach::reachable;
+use kanagata_solver::{SimulationSetup, ToolSetup};
+use kanagata_tool::Patch;
 
 /// Elements over 90 degrees that represent a radius well.
 const ELEMENTS_PER_90_DEG: f64 = 4.0;
@@ -56,7 +56,7 @@ pub(super) fn sharpest(setup: &SimulationSetup, kept: &[Vec<bool>]) -> f64 {
 }
 
 /// The smallest radius of a surface [mm]; infinite if it is flat.
-pub(in crate::run) fn sharpest_of(surface: &ToolSurface) -> f64 {
+pub(crate) fn sharpest_of(surface: &ToolSurface) -> f64 {
     smallest_radius(surface.model().patches.iter())
 }
 
@@ -107,7 +107,7 @@ struct Coarsest {
 }
 
 /// Length of elements that represent a radius [mm] well for a thickness [mm].
-pub(in crate::run) fn wanted_length(radius: f64, thickness: f64) -> f64 {
+pub(crate) fn wanted_length(radius: f64, thickness: f64) -> f64 {
     std::f64::consts::FRAC_PI_2 * radius / needed(radius, thickness)
 }
 
@@ -218,9 +218,9 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::contact::test_tools::{arc, revolved};
-    use crate::solver::sheet::hex_mesh::rectangle;
-    use crate::tool::ToolModel;
+    use crate::test_tools::{arc, revolved};
+    use kanagata_solver::sheet::hex_mesh::rectangle;
+    use kanagata_tool::ToolModel;
 
     fn cost() -> Cost {
         Cost {

@@ -1,8 +1,8 @@
 //! Levels of refinement that differ from those of the scene.
 
 use super::finding::Finding;
-use crate::scene::Plan;
-use crate::scene::blank::raised_elements;
+use kanagata_scene::Plan;
+use kanagata_scene::blank::raised_elements;
 
 /// Note: elements whose level of refinement was raised, since levels of neighbours differ by at most 1.
 pub(super) fn raised(plan: &Plan) -> Option<Finding> {

@@ -1,9 +1,9 @@
 //! Sections whose plane does not cut the blank.
 
 use super::finding::Finding;
-use crate::run::section::line::cut;
-use crate::scene::Plan;
-use crate::solver::SimulationSetup;
+use crate::section::line::cut;
+use kanagata_scene::Plan;
+use kanagata_solver::SimulationSetup;
 
 /// An error for every section that the blank does not have.
 pub(super) fn findings(plan: &Plan, setup: &SimulationSetup, out: &mut Vec<Finding>) {

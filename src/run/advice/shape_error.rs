@@ -1,10 +1,10 @@
 //! Shape errors of tools: as recorded in their files, or estimated from their patches.
 
 use super::curvature::corners;
-use crate::geometry::Vec3;
-use crate::geometry::frame::unit;
-use crate::tool::Patch;
-use crate::tool::edge::coefficient;
+use kanagata_geometry::Vec3;
+use kanagata_geometry::frame::unit;
+use kanagata_tool::Patch;
+use kanagata_tool::edge::coefficient;
 
 /// Largest angle of a side taken for an arc [rad].
 const ARC_ANGLE_MAX: f64 = 2.6;
@@ -124,7 +124,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::contact::test_tools::{arc, plane, revolved};
+    use crate::test_tools::{arc, plane, revolved};
 
     /// Largest distance between a ball's patches and the ball, and the estimate.
     #[test]

@@ -10,10 +10,10 @@ use super::curvature::corners;
 use super::element_size::Sizes;
 use super::finding::Finding;
 use super::travel::end_of;
-use crate::geometry::Vec3;
-use crate::geometry::frame::unit;
-use crate::solver::{Motion, SimulationSetup, ToolSetup};
-use crate::tool::side::SideCurve;
+use kanagata_geometry::Vec3;
+use kanagata_geometry::frame::unit;
+use kanagata_solver::{Motion, SimulationSetup, ToolSetup};
+use kanagata_tool::side::SideCurve;
 
 /// Angle between face normals above which an edge is sharp [rad].
 pub(super) const SHARP_ANGLE: f64 = 0.5;

@@ -5,13 +5,13 @@ use rustc_hash::FxHashMap;
 use super::element_size::EVERYWHERE;
 use super::finding::Finding;
 use super::mirror::is_surface_symmetric;
-use crate::geometry::{Aabb, Vec3};
-use crate::report::doubt::DoubtCode;
-use crate::run::cost::{Cost, TIME_EXPONENT};
-use crate::scene::Plan;
-use crate::scene::types::BlankShape;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::{SimulationSetup, ToolSetup};
+use crate::cost::{Cost, TIME_EXPONENT};
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_report::doubt::DoubtCode;
+use kanagata_scene::Plan;
+use kanagata_scene::types::BlankShape;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
+use kanagata_solver::{SimulationSetup, ToolSetup};
 
 /// Tolerance of symmetric positions over the size of the sheet: of nodes, and of tools.
 const SHEET_TOLERANCE_REL: f64 = 1e-6;
@@ -284,10 +284,10 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::contact::ToolSurface;
-    use crate::contact::test_tools::plane;
-    use crate::solver::sheet::hex_mesh::rectangle;
-    use crate::solver::{Placement, SheetSide};
+    use crate::test_tools::plane;
+    use kanagata_contact::ToolSurface;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
+    use kanagata_solver::{Placement, SheetSide};
 
     #[test]
     fn a_tool_is_its_own_image_or_not() {

@@ -1,6 +1,6 @@
 //! Travel of a tool over the stages.
 
-use crate::solver::Motion;
+use kanagata_solver::Motion;
 
 /// Travel of a tool at the end of a stage that starts at the travel `before` [mm]; `None` if a force or a spring drives
 /// the tool.

@@ -2,9 +2,9 @@
 
 use super::finding::Finding;
 use super::missed_sheet::starts_clear;
-use crate::geometry::Vec3;
-use crate::report::doubt::DoubtCode;
-use crate::solver::{Motion, SimulationSetup};
+use kanagata_geometry::Vec3;
+use kanagata_report::doubt::DoubtCode;
+use kanagata_solver::{Motion, SimulationSetup};
 
 /// Net force over the sum of all forces, above which the loads push the sheet.
 const NET_FORCE_MIN_REL: f64 = 1e-6;

@@ -1,10 +1,10 @@
 //! Implausible lengths: a scene or a tool file in another unit than mm.
 
 use super::finding::Finding;
-use crate::geometry::Aabb;
-use crate::report::digits::four_digits;
-use crate::report::doubt::DoubtCode;
-use crate::solver::{SimulationSetup, ToolSetup};
+use kanagata_geometry::Aabb;
+use kanagata_report::digits::four_digits;
+use kanagata_report::doubt::DoubtCode;
+use kanagata_solver::{SimulationSetup, ToolSetup};
 
 /// Range of sheet thicknesses [mm]: from foils to plates. The lower limit is above any sheet given in metres (50 mm
 /// would be 0.05), the upper one below any foil given in micrometres but the thinnest.

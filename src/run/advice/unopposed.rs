@@ -3,9 +3,9 @@
 
 use super::finding::Finding;
 use super::travel::end_of;
-use crate::geometry::Vec3;
-use crate::report::doubt::DoubtCode;
-use crate::solver::{Motion, SheetSide, SimulationSetup, Stage};
+use kanagata_geometry::Vec3;
+use kanagata_report::doubt::DoubtCode;
+use kanagata_solver::{Motion, SheetSide, SimulationSetup, Stage};
 
 /// Doubts about stages in which nothing opposes a pushing tool.
 pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {

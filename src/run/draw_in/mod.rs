@@ -11,8 +11,8 @@ pub use side::{BorderPoint, CORNER_MIN_DEG, Side, SidePoint};
 
 use side::{Beyond, corners, sides};
 
-use crate::geometry::{Vec2, Vec3};
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Height of nodes of the blank over its size, above which it is not flat and has no draw-in.
 const FLAT_REL: f64 = 1e-6;
@@ -63,7 +63,7 @@ impl Border {
 pub fn borders(mesh: &HexMesh, positions: &[Vec3], symmetry: &[(usize, f64)]) -> Vec<Border> {
     let top = mesh.top_nodes();
     let initial: Vec<Vec3> = top.iter().map(|&n| mesh.nodes[n as usize]).collect();
-    let bounds = crate::geometry::Aabb::of_points(&initial);
+    let bounds = kanagata_geometry::Aabb::of_points(&initial);
     let size = bounds.diagonal();
     if initial.is_empty() || bounds.max.z - bounds.min.z > FLAT_REL * size {
         return Vec::new();
@@ -161,8 +161,8 @@ fn points(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::{disc, rectangle, thickened};
-    use crate::solver::sheet::refine::{Refinement, plan_elements};
+    use kanagata_solver::sheet::hex_mesh::{disc, rectangle, thickened};
+    use kanagata_solver::sheet::refine::{Refinement, plan_elements};
 
     /// Draw-in of each side: smallest and largest.
     fn by_side(border: &Border) -> Vec<[f64; 2]> {

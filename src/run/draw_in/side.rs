@@ -1,6 +1,6 @@
 //! Sides of a border between its corners, and the draw-in along each.
 
-use crate::geometry::Vec2;
+use kanagata_geometry::Vec2;
 
 /// Angle between the two sides that meet at a point of the border, above which it is a corner [degrees]. Nine equal
 /// elements around a circle turn by as much; chamfers of 45 degrees are corners. Doubled, only right angles would be.

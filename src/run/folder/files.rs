@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::report::record::{FilesRecord, HistoryRow};
-use crate::solver::NodeContact;
+use kanagata_report::record::{FilesRecord, HistoryRow};
+use kanagata_solver::NodeContact;
 
 pub(super) const HISTORY: &str = "history.csv";
 pub(super) const ITERATIONS: &str = "iterations.csv";

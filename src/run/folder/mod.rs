@@ -22,22 +22,23 @@ use super::formed::Formed;
 use super::necking::Necking;
 use super::resources::{Clock, peak_megabytes, this_process};
 use super::section::sections;
+use super::sheet_checks::{check_sheet, record_inside_tools, record_necking};
 use super::springback::Springback;
 use super::strain_path::StrainPaths;
 use super::strains::of_sheet;
 use super::waves::Waves;
-use crate::contact::ToolSurface;
-use crate::files::{WriteError, remove_where, sweep};
-use crate::geometry::Vec3;
-use crate::report::doubt::Doubt;
-use crate::report::record::{
+use kanagata_contact::ToolSurface;
+use kanagata_files::{WriteError, remove_where, sweep};
+use kanagata_geometry::Vec3;
+use kanagata_report::doubt::Doubt;
+use kanagata_report::record::{
     Energies, ExcludedPatchesRecord, History, HistoryRow, IterationRow, RunRecord, Verdict,
     write_iterations,
 };
-use crate::scene::Plan;
-use crate::scene::types::{Section, SymmetryPlane};
-use crate::solver::material::forming_limit::Diagram;
-use crate::solver::{IncrementReport, Simulation};
+use kanagata_scene::Plan;
+use kanagata_scene::types::{Section, SymmetryPlane};
+use kanagata_solver::material::forming_limit::Diagram;
+use kanagata_solver::{IncrementReport, Simulation};
 
 /// A run folder and the data written to it.
 #[derive(Serialize, Deserialize)]
@@ -219,16 +220,16 @@ impl RunFolder {
     /// Records thickness, strains and faults of the sheet, with its nodes at `positions` [mm].
     fn record_sheet(&mut self, report: &IncrementReport<'_>, formed: &Formed, positions: &[Vec3]) {
         self.record.thickness = fields::thickness(report.body.mesh(), report.displacements);
-        self.record.check_sheet(report, positions, &self.planes);
+        check_sheet(&mut self.record, report, positions, &self.planes);
         let necking = self.necking.update(report, positions);
-        self.record.record_necking(necking);
+        record_necking(&mut self.record, necking);
         self.record.strain = formed.record(report.body, positions);
     }
 
     /// Records nodes inside tools at the end of a stage.
     pub fn record_inside_tools(&mut self, simulation: &Simulation, stage: &str) {
         let thickness = simulation.body().mesh().mean_thickness();
-        self.record.record_inside_tools(simulation.inside(), stage, thickness);
+        record_inside_tools(&mut self.record, simulation.inside(), stage, thickness);
     }
 
     /// Sets the blank holders of the scene.

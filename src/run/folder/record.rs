@@ -1,14 +1,14 @@
 //! Updates of `run.json` and `iterations.csv` after a converged increment.
 
 use super::RunFolder;
-use crate::geometry::Vec3;
-use crate::report::record::{
+use crate::contact_pressure::{ToolPressure, of_tools};
+use crate::resources::{Clock, peak_megabytes};
+use kanagata_geometry::Vec3;
+use kanagata_report::record::{
     HolderLiftRecord, HolderPressureRecord, IterationRow, PressurePeakRecord,
     UnaccountedEnergyRecord,
 };
-use crate::run::contact_pressure::{ToolPressure, of_tools};
-use crate::run::resources::{Clock, peak_megabytes};
-use crate::solver::{IncrementReport, IterationRecord, convergence_order};
+use kanagata_solver::{IncrementReport, IterationRecord, convergence_order};
 
 impl RunFolder {
     /// Records the lift of blank holders: travel back from the farthest position under force control.

@@ -4,19 +4,19 @@ use std::sync::Arc;
 
 use super::files::{COLLECTION, LAST, LastReport, ToolFile};
 use super::{RunFolder, row};
-use crate::files::WriteError;
-use crate::geometry::Vec3;
-use crate::report::record::{HistoryRow, StepFilesRecord, WavesRecord};
-use crate::report::{DataArray, Part, Vtu, write_pvd};
-use crate::run::fields::{self, SheetState};
-use crate::run::formability::Judged;
-use crate::run::formed::Formed;
-use crate::run::springback::SPRINGBACK_NORMAL;
-use crate::run::strains::of_sheet;
-use crate::run::waves::{WAVE_OFFSET, Waves};
-use crate::scene::Plan;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::{IncrementReport, Simulation};
+use crate::fields::{self, SheetState};
+use crate::formability::Judged;
+use crate::formed::Formed;
+use crate::springback::SPRINGBACK_NORMAL;
+use crate::strains::of_sheet;
+use crate::waves::{WAVE_OFFSET, Waves};
+use kanagata_files::WriteError;
+use kanagata_geometry::Vec3;
+use kanagata_report::record::{HistoryRow, StepFilesRecord, WavesRecord};
+use kanagata_report::{DataArray, Part, Vtu, write_pvd};
+use kanagata_scene::Plan;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
+use kanagata_solver::{IncrementReport, Simulation};
 
 /// Most divisions of a patch in the VTU of its tool.
 const TOOL_DIVISIONS_MAX: usize = 6;
@@ -130,7 +130,7 @@ impl RunFolder {
     }
 
     /// Offsets of waves in the last equilibrium, if they were determined there.
-    pub(in crate::run) fn wave_offsets(&self) -> Option<Vec<f64>> {
+    pub(crate) fn wave_offsets(&self) -> Option<Vec<f64>> {
         self.waves.at_nodes().filter(|_| self.waves.increment == self.record.increments)
     }
 

@@ -11,9 +11,9 @@ use serde::Serialize;
 
 use super::holder::age;
 use super::identity::parse;
-use crate::files::{Input, create_new, open, random, read, unique_beside};
-use crate::report::record::Process;
-use crate::run::resources::alive;
+use crate::resources::alive;
+use kanagata_files::{Input, create_new, open, random, read, unique_beside};
+use kanagata_report::record::Process;
 
 /// Age at which a claim of another host counts as abandoned. A claim takes a few file operations, below 1 s on a loaded
 /// server. Doubled, a folder stays closed a minute longer after a host fails within them.
@@ -123,7 +123,7 @@ mod tests {
     use std::time::SystemTime;
 
     fn made(lock: &Path) -> Option<Claim> {
-        match Claim::make(lock, &crate::run::lock::identity::own()).unwrap() {
+        match Claim::make(lock, &crate::lock::identity::own()).unwrap() {
             Attempt::Made(claim) => Some(claim),
             Attempt::MadeByOther(_) => None,
         }
@@ -159,7 +159,7 @@ mod tests {
             assert_eq!(made(&lock).is_some(), abandoned, "{age_s} s");
             let _ = remove_file(path(&lock));
         }
-        if let Some(own) = crate::run::resources::this_process() {
+        if let Some(own) = crate::resources::this_process() {
             let gone = Process { started: own.started + 1, ..own };
             write(path(&lock), serde_json::to_vec(&gone).unwrap()).unwrap();
             assert!(made(&lock).is_none() && made(&lock).is_some());

@@ -89,7 +89,7 @@ mod tests {
     fn the_file_is_refreshed_until_the_heartbeat_is_dropped_or_the_content_is_of_another() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.lock");
-        let file = Arc::new(crate::files::create_new(&path, b"own").unwrap());
+        let file = Arc::new(kanagata_files::create_new(&path, b"own").unwrap());
         let old = SystemTime::now() - Duration::from_secs(1000);
         let is_old = || std::fs::metadata(&path).unwrap().modified().unwrap() == old;
         let interval = Duration::from_millis(1);

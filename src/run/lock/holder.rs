@@ -8,9 +8,9 @@ use std::time::Duration;
 
 use super::identity::{has_heartbeat, host_name, parse, process_text};
 use super::system::{Kind, LockFile, SystemLock};
-use crate::files::{Input, open, server_time};
-use crate::report::record::Process;
-use crate::run::resources::alive;
+use crate::resources::alive;
+use kanagata_files::{Input, open, server_time};
+use kanagata_report::record::Process;
 
 /// Age of the last heartbeat at which a holder on another host counts as ended. Ten heartbeats: a file server may be
 /// restarted meanwhile. Doubled, a folder stays locked 5 minutes longer after its host has failed.
@@ -159,7 +159,7 @@ pub(super) fn age(path: &Path, file: &File) -> io::Result<Duration> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::resources::this_process;
+    use crate::resources::this_process;
     use std::time::SystemTime;
 
     fn process(host: &str) -> Process {

@@ -1,8 +1,8 @@
 //! The process named in a lock file.
 
-use crate::files::random;
-use crate::report::record::Process;
-use crate::run::resources::this_process;
+use crate::resources::this_process;
+use kanagata_files::random;
+use kanagata_report::record::Process;
 
 /// This process. Without `/proc` its host is empty, and a random number stands for its start time.
 pub(super) fn own() -> Process {

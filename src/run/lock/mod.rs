@@ -23,9 +23,9 @@ use std::sync::Arc;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use crate::files::temporary::Temporary;
-use crate::files::{Input, WriteError, create_new, read, unique_beside};
-use crate::report::record::Process;
+use kanagata_files::temporary::Temporary;
+use kanagata_files::{Input, WriteError, create_new, read, unique_beside};
+use kanagata_report::record::Process;
 
 use claim::Claim;
 use heartbeat::{HEARTBEAT_INTERVAL, Heartbeat};

@@ -3,8 +3,8 @@
 use super::GivenTool;
 use super::roles::bounds;
 use super::symmetry::Cut;
-use crate::geometry::Aabb;
-use crate::run::advice::radii::{sharpest_of, wanted_length};
+use crate::advice::radii::{sharpest_of, wanted_length};
+use kanagata_geometry::Aabb;
 
 /// Smallest and largest number of elements along the longer side. More take minutes in a first run.
 const ELEMENTS: [f64; 2] = [20.0, 80.0];

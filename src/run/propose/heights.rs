@@ -1,8 +1,8 @@
 //! Heights of tools over a grid in plan.
 
-use crate::contact::ToolSurface;
-use crate::geometry::{Aabb, Vec3};
-use crate::tool::Patch;
+use kanagata_contact::ToolSurface;
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_tool::Patch;
 
 /// Cells of a grid along each side. A cell of a part of 1 m is then 5 mm.
 pub(super) const CELLS: usize = 200;
@@ -111,7 +111,7 @@ fn triangles(patch: &Patch, n: usize) -> Vec<[Vec3; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::test_tools::{arc, plane, revolved};
+    use crate::test_tools::{arc, plane, revolved};
 
     #[test]
     fn a_ball_is_as_high_as_its_equation_says() {

@@ -5,8 +5,8 @@ use super::roles::{ProposeError, Role, below, bounds, plan_area, roles};
 use super::symmetry::{Cut, are_of_revolution, cuts};
 use super::travel::{closing_travel, height};
 use super::{GivenTool, PartKind, Wishes};
-use crate::geometry::Aabb;
-use crate::scene::types::ToolCad;
+use kanagata_geometry::Aabb;
+use kanagata_scene::types::ToolCad;
 
 /// Pressure of the holder on the blank outside the punch [MPa]: usual for mild steel; aluminium takes half of it.
 const HOLDER_PRESSURE_MPA: f64 = 2.0;

@@ -21,8 +21,8 @@ mod travel;
 
 use std::sync::Arc;
 
-use crate::contact::ToolSurface;
-use crate::scene::types::ToolCad;
+use kanagata_contact::ToolSurface;
+use kanagata_scene::types::ToolCad;
 
 pub use layout::{Layout, propose, template};
 pub use roles::ProposeError;

@@ -2,7 +2,7 @@
 
 use super::GivenTool;
 use super::heights::{CELLS, Heights};
-use crate::geometry::{Aabb, Vec3};
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Projected area of the faces that look one way, minus that of the others, over the sum of both, from which a tool
 /// looks that way. A body whose outside is closed has 0.

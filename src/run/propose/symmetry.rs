@@ -2,8 +2,8 @@
 
 use super::GivenTool;
 use super::roles::bounds;
-use crate::geometry::{Aabb, Vec3};
-use crate::run::advice::mirror::is_surface_symmetric;
+use crate::advice::mirror::is_surface_symmetric;
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Tolerance of a symmetry over the size of the tools: sides that are meshed apart differ by their shape error.
 const TOLERANCE_REL: f64 = 1e-3;

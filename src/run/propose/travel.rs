@@ -58,11 +58,11 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::contact::ToolSurface;
-    use crate::contact::test_tools::{arc, plane, revolved};
-    use crate::geometry::Vec3;
+    use crate::test_tools::{arc, plane, revolved};
+    use kanagata_contact::ToolSurface;
+    use kanagata_geometry::Vec3;
 
-    fn tool(name: &str, model: crate::tool::ToolModel) -> GivenTool {
+    fn tool(name: &str, model: kanagata_tool::ToolModel) -> GivenTool {
         let surface = Arc::new(ToolSurface::new(model));
         GivenTool { name: name.into(), file: String::new(), cad: None, surface, has_side: true }
     }

@@ -1,8 +1,8 @@
 //! Estimated errors in `report.html`, and the runs that they come from.
 
-use crate::report::page::Page;
-use crate::report::plot::{Axis, Plot, Series};
-use crate::report::record::{AccuracyRecord, QuantityRecord, SequenceRunRecord};
+use kanagata_report::page::Page;
+use kanagata_report::plot::{Axis, Plot, Series};
+use kanagata_report::record::{AccuracyRecord, QuantityRecord, SequenceRunRecord};
 
 /// Writes the estimated errors of a run that ends a sequence.
 pub(super) fn errors(page: &mut Page, record: &AccuracyRecord) {

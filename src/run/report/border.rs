@@ -1,9 +1,9 @@
 //! The border of the blank in `report.html`: before and after, and draw-in by side.
 
-use crate::geometry::Vec2;
-use crate::report::page::Page;
-use crate::report::plot::{Plot, Series};
-use crate::run::draw_in::{Border, CORNER_MIN_DEG, Side, SidePoint};
+use crate::draw_in::{Border, CORNER_MIN_DEG, Side, SidePoint};
+use kanagata_geometry::Vec2;
+use kanagata_report::page::Page;
+use kanagata_report::plot::{Plot, Series};
 
 /// Rows of the table of a side.
 const ROWS: usize = 12;
@@ -145,8 +145,8 @@ fn numbers(page: &mut Page, borders: &[Border]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::draw_in::borders;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::draw_in::borders;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     /// The corner of two sides that move by 0.5 and 0.1 mm is in the rows of both, with the draw-in of each.
     #[test]
@@ -155,7 +155,7 @@ mod tests {
         let moved: Vec<_> = mesh
             .nodes
             .iter()
-            .map(|x| x - crate::geometry::Vec3::new(0.05 * x.x, 0.025 * x.y, 0.0))
+            .map(|x| x - kanagata_geometry::Vec3::new(0.05 * x.x, 0.025 * x.y, 0.0))
             .collect();
         let mut page = Page::new("a");
         let borders = borders(&mesh, &moved, &[]);

@@ -1,9 +1,9 @@
 //! Blank holders in `report.html`: contact pressure over the process, and waves of the sheet between tools.
 
-use crate::report::doubt::place_mm;
-use crate::report::page::Page;
-use crate::report::plot::{Plot, Series};
-use crate::report::record::{History, HolderPressureRecord, RunRecord, WavesRecord};
+use kanagata_report::doubt::place_mm;
+use kanagata_report::page::Page;
+use kanagata_report::plot::{Plot, Series};
+use kanagata_report::record::{History, HolderPressureRecord, RunRecord, WavesRecord};
 
 /// Offset over the thickness below which the sheet counts as flat: elements that pass a radius stand off by as much.
 const FLAT_REL: f64 = 0.02;
@@ -88,7 +88,7 @@ pub(super) fn waves(found: &WavesRecord) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::record::{HistoryRow, PressurePeakRecord, WaveRecord};
+    use kanagata_report::record::{HistoryRow, PressurePeakRecord, WaveRecord};
 
     #[test]
     fn each_holder_has_two_curves_and_a_row() {

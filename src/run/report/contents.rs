@@ -4,16 +4,16 @@ use std::borrow::Cow;
 
 use super::steps::{self, Step};
 use super::tools::ToolView;
-use crate::geometry::Vec3;
-use crate::report::record::{History, RunRecord};
-use crate::run::fields;
-use crate::run::folder::RunFolder;
-use crate::run::strains::{ElementStrains, Principal, of_elements};
-use crate::scene::Plan;
-use crate::scene::types::BlankShape;
-use crate::solver::Simulation;
-use crate::solver::assembly::ElementState;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::fields;
+use crate::folder::RunFolder;
+use crate::strains::{ElementStrains, Principal, of_elements};
+use kanagata_geometry::Vec3;
+use kanagata_report::record::{History, RunRecord};
+use kanagata_scene::Plan;
+use kanagata_scene::types::BlankShape;
+use kanagata_solver::Simulation;
+use kanagata_solver::assembly::ElementState;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Everything that the page of a run shows.
 pub(super) struct Contents<'a> {

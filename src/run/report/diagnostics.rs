@@ -1,8 +1,8 @@
 //! Diagnostics of the solver in `report.html`: cost, accuracy, stability, faults, and time of the phases.
 
-use crate::report::digits::four_digits;
-use crate::report::page::Page;
-use crate::report::record::{OverhangRecord, RunRecord};
+use kanagata_report::digits::four_digits;
+use kanagata_report::page::Page;
+use kanagata_report::record::{OverhangRecord, RunRecord};
 
 /// A quantity and its value as text.
 type Row = (&'static str, String);

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::files::WriteError;
+use kanagata_files::WriteError;
 
 /// Why the page of a run cannot be written from its files.
 #[non_exhaustive]

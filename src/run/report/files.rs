@@ -9,18 +9,18 @@ use super::error::ReportError;
 use super::grid;
 use super::steps;
 use super::tools::ToolView;
-use crate::files::{Input, read as read_file, read_text};
-use crate::geometry::Vec3;
-use crate::report::record::{History, RunRecord};
-use crate::report::vtu_read::{self, Grid};
-use crate::run::inputs::inputs;
-use crate::run::lock;
-use crate::run::springback::SPRINGBACK_NORMAL;
-use crate::run::waves::WAVE_OFFSET;
-use crate::scene::Plan;
-use crate::scene::read::read_with;
-use crate::scene::set_value::SetValue;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::inputs::inputs;
+use crate::lock;
+use crate::springback::SPRINGBACK_NORMAL;
+use crate::waves::WAVE_OFFSET;
+use kanagata_files::{Input, read as read_file, read_text};
+use kanagata_geometry::Vec3;
+use kanagata_report::record::{History, RunRecord};
+use kanagata_report::vtu_read::{self, Grid};
+use kanagata_scene::Plan;
+use kanagata_scene::read::read_with;
+use kanagata_scene::set_value::SetValue;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// The files of a run.
 pub(super) struct RunFiles {
@@ -185,7 +185,7 @@ impl RunFiles {
     ///
     /// # Errors
     /// Why they are unknown.
-    fn strains(&self, last: &Grid) -> Result<Vec<crate::run::strains::Principal>, String> {
+    fn strains(&self, last: &Grid) -> Result<Vec<crate::strains::Principal>, String> {
         let found = match &self.record.springback {
             None => grid::strains(last),
             Some(springback) => {

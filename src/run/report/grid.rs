@@ -1,10 +1,10 @@
 //! The sheet in the VTU files of a run.
 
-use crate::geometry::{Aabb, Vec3};
-use crate::report::vtu_read::Grid;
-use crate::run::strains::Principal;
-use crate::solver::sheet::hanging::Hanging;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::strains::Principal;
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_report::vtu_read::Grid;
+use kanagata_solver::sheet::hanging::Hanging;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Distance over the size of the sheet within which a column lies in the middle of two others: the rounding of positions
 /// less displacements.
@@ -79,8 +79,8 @@ pub(super) fn point_values<'g>(grid: &'g Grid, name: &str) -> Option<&'g [f64]> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::vtu_read::GridArray;
-    use crate::solver::sheet::hex_mesh::{disc, rectangle, thickened};
+    use kanagata_report::vtu_read::GridArray;
+    use kanagata_solver::sheet::hex_mesh::{disc, rectangle, thickened};
 
     fn grid_of(mesh: &HexMesh) -> Grid {
         let values = vec![0.0; 3 * mesh.nodes.len()];

@@ -23,13 +23,13 @@ use std::path::{Path, PathBuf};
 
 use super::draw_in::borders;
 use super::folder::RunFolder;
-use crate::files::WriteError;
-use crate::report::page::Page;
-use crate::report::plot::{Plot, Series};
-use crate::report::record::History;
-use crate::scene::Plan;
-use crate::solver::Simulation;
 use contents::Contents;
+use kanagata_files::WriteError;
+use kanagata_report::page::Page;
+use kanagata_report::plot::{Plot, Series};
+use kanagata_report::record::History;
+use kanagata_scene::Plan;
+use kanagata_solver::Simulation;
 
 pub use error::ReportError;
 
@@ -180,7 +180,7 @@ fn force_series(history: &History, travelled: &[f64]) -> Vec<Series> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::record::HistoryRow;
+    use kanagata_report::record::HistoryRow;
 
     fn history(rows: &[(&str, [f64; 2])]) -> History {
         let row = |(stage, travels): &(&str, [f64; 2])| HistoryRow {

@@ -2,9 +2,9 @@
 
 use super::border::side_name;
 use super::clamping::waves;
-use crate::report::page::{Outcome, Page};
-use crate::report::record::{FormabilityRecord, History, RunRecord, Verdict};
-use crate::run::draw_in::{Border, SidePoint};
+use crate::draw_in::{Border, SidePoint};
+use kanagata_report::page::{Outcome, Page};
+use kanagata_report::record::{FormabilityRecord, History, RunRecord, Verdict};
 
 /// A question and its answer.
 type Row = (String, String);

@@ -1,8 +1,8 @@
 //! Sections of the sheet in `report.html`: before and after springback, with the angles and the curl of their walls.
 
-use crate::report::page::Page;
-use crate::report::plot::{Plot, Series};
-use crate::report::record::{SectionRecord, WallRecord};
+use kanagata_report::page::Page;
+use kanagata_report::plot::{Plot, Series};
+use kanagata_report::record::{SectionRecord, WallRecord};
 
 /// Writes the sections of a run, if it has any.
 pub(super) fn sections(page: &mut Page, sections: &[SectionRecord]) {

@@ -2,9 +2,9 @@
 
 use serde_json::Value;
 
-use crate::report::page::Page;
-use crate::report::record::RunRecord;
-use crate::scene::Plan;
+use kanagata_report::page::Page;
+use kanagata_report::record::RunRecord;
+use kanagata_scene::Plan;
 
 /// Writes the set-up; without the scene only what `run.json` has.
 pub(super) fn tables(page: &mut Page, record: &RunRecord, plan: Option<&Plan>) {

@@ -2,14 +2,14 @@
 
 use super::contents::{Contents, SheetView};
 use super::steps::{self, Step};
-use crate::geometry::Vec3;
-use crate::report::page::Page;
-use crate::report::plot::{Plot, Series};
-use crate::report::record::RunRecord;
-use crate::report::viewer::{Field, Frame, Location, Surface, View, Visibility, fans};
-use crate::run::strains::Principal;
-use crate::solver::material::forming_limit::LimitCurve;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::strains::Principal;
+use kanagata_geometry::Vec3;
+use kanagata_report::page::Page;
+use kanagata_report::plot::{Plot, Series};
+use kanagata_report::record::RunRecord;
+use kanagata_report::viewer::{Field, Frame, Location, Surface, View, Visibility, fans};
+use kanagata_solver::material::forming_limit::LimitCurve;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Plots major over minor strain of every element in the forming limit diagram, with the limit curve if the card has one;
 /// nothing without strains.
@@ -116,7 +116,7 @@ fn surface(
     steps: &[Step],
 ) -> Surface {
     let mesh = &*sheet.mesh;
-    let initial = crate::run::fields::column_thickness(mesh, &mesh.nodes);
+    let initial = crate::fields::column_thickness(mesh, &mesh.nodes);
     let thinning = |now: &[f64]| -> Vec<f64> {
         now.iter().zip(&initial).map(|(now, before)| 100.0 * (1.0 - now / before)).collect()
     };
@@ -216,9 +216,9 @@ fn upper_face(mesh: &HexMesh, positions: &[Vec3]) -> Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::report::contents::middle;
-    use crate::run::strains::of_elements;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::report::contents::middle;
+    use crate::strains::of_elements;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     #[test]
     fn strains_are_drawn_over_the_paths_to_the_largest() {

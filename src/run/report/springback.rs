@@ -1,8 +1,8 @@
 //! Springback in `report.html`: how far the sheet moves when the tools are released, and where.
 
 use super::sheet::SPRINGBACK;
-use crate::report::page::Page;
-use crate::report::record::{NormalDisplacementRecord, RunRecord};
+use kanagata_report::page::Page;
+use kanagata_report::record::{NormalDisplacementRecord, RunRecord};
 
 /// Writes the springback of a run that ends without tools.
 pub(super) fn table(page: &mut Page, record: &RunRecord) {
@@ -34,7 +34,7 @@ pub(super) fn table(page: &mut Page, record: &RunRecord) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::record::{Quality, SpringbackRecord};
+    use kanagata_report::record::{Quality, SpringbackRecord};
 
     #[test]
     fn the_extremes_have_their_sign_node_and_place_and_the_limit_its_verdict() {

@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use super::grid;
-use crate::geometry::Vec3;
-use crate::report::digits::four_digits;
-use crate::report::record::{History, HistoryRow};
-use crate::report::vtu_read;
-use crate::run::fields;
-use crate::run::springback::SPRINGBACK_NORMAL;
-use crate::run::waves::WAVE_OFFSET;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::fields;
+use crate::springback::SPRINGBACK_NORMAL;
+use crate::waves::WAVE_OFFSET;
+use kanagata_geometry::Vec3;
+use kanagata_report::digits::four_digits;
+use kanagata_report::record::{History, HistoryRow};
+use kanagata_report::vtu_read;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// An earlier state of sheet and tools.
 #[derive(Debug, Clone, PartialEq)]

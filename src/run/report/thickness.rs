@@ -1,10 +1,10 @@
 //! Thickness along lines of the blank.
 
-use crate::geometry::Vec2;
-use crate::report::page::Page;
-use crate::report::plot::{Plot, Series};
-use crate::scene::types::BlankShape;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Vec2;
+use kanagata_report::page::Page;
+use kanagata_report::plot::{Plot, Series};
+use kanagata_scene::types::BlankShape;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// The chart and the position of its lines; a text instead if no row of nodes forms a line. `shape`: that of the scene,
 /// if known.
@@ -85,7 +85,7 @@ fn along(mesh: &HexMesh, thickness: &[f64], name: &str, (from, direction): (Vec2
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::{disc, rectangle, thickened};
+    use kanagata_solver::sheet::hex_mesh::{disc, rectangle, thickened};
 
     #[test]
     fn thickness_is_drawn_over_the_way_along_the_blank() {

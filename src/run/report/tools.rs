@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use super::steps::Step;
-use crate::geometry::Vec3;
-use crate::report::page::Page;
-use crate::report::record::History;
-use crate::report::viewer::{Field, Frame, Surface, View, Visibility, connected, fans};
-use crate::report::vtu_read::{self, GridArray};
-use crate::run::fields;
-use crate::scene::Plan;
-use crate::scene::plan::PlannedTool;
-use crate::scene::types::Tool;
+use crate::fields;
+use kanagata_geometry::Vec3;
+use kanagata_report::page::Page;
+use kanagata_report::record::History;
+use kanagata_report::viewer::{Field, Frame, Surface, View, Visibility, connected, fans};
+use kanagata_report::vtu_read::{self, GridArray};
+use kanagata_scene::Plan;
+use kanagata_scene::plan::PlannedTool;
+use kanagata_scene::types::Tool;
 
 /// Divisions of a patch in the 3-D view.
 const DIVISIONS: usize = 4;
@@ -108,7 +108,7 @@ const HOW_TO_AUDIT: &str = "A tool counts as audited where its audit lies beside
      NAME.audit.json, the surface in NAME.audit.vtu.";
 
 fn audit_row(name: &str, patches: usize, path: &Path) -> Vec<String> {
-    let audit = crate::files::read(path, crate::files::Input::Description)
+    let audit = kanagata_files::read(path, kanagata_files::Input::Description)
         .ok()
         .and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
     let mut row = vec![name.to_owned(), patches.to_string()];

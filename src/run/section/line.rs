@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Vec3;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Distance from the plane over the size of the sheet within which a node lies on it.
 const ON_PLANE_REL: f64 = 1e-6;
@@ -50,7 +50,7 @@ fn middle_surface(mesh: &HexMesh, positions: &[Vec3]) -> Vec<Vec3> {
 #[must_use]
 pub fn cut(mesh: &HexMesh, normal: usize, at: f64) -> Option<SectionLine> {
     let middle = middle_surface(mesh, &mesh.nodes);
-    let size = crate::geometry::Aabb::of_points(&middle).diagonal();
+    let size = kanagata_geometry::Aabb::of_points(&middle).diagonal();
     let distance: Vec<f64> = middle
         .iter()
         .map(|p| p[normal] - at)
@@ -143,7 +143,7 @@ fn turned(mut line: SectionLine, middle: &[Vec3], axis: usize) -> SectionLine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use kanagata_solver::sheet::hex_mesh::rectangle;
 
     #[test]
     fn a_plane_cuts_a_sheet_along_and_between_its_nodes() {
@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn a_line_passes_over_hanging_nodes() {
-        use crate::solver::sheet::refine::{Refinement, plan_elements};
+        use kanagata_solver::sheet::refine::{Refinement, plan_elements};
         let base = rectangle(10.0, 4.0, 1.0, 5, 2, 1);
         let levels = vec![0, 0, 1, 0, 2, 1, 0, 0, 0, 0];
         let mesh = Refinement::balanced(plan_elements(&base), levels).mesh(&base, None);
@@ -182,7 +182,7 @@ mod tests {
 
     #[test]
     fn a_line_follows_its_material_and_passes_over_triangles_of_a_disc() {
-        use crate::solver::sheet::hex_mesh::{quarter_disc, thickened};
+        use kanagata_solver::sheet::hex_mesh::{quarter_disc, thickened};
         let (points, quads) = quarter_disc(20.0, 4, 6);
         let mesh = thickened(&points, &quads, 1.0, 1);
         let line = cut(&mesh, 1, 0.0).unwrap();

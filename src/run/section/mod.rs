@@ -4,10 +4,10 @@
 pub mod line;
 pub mod shape;
 
-use crate::geometry::{Vec2, Vec3};
-use crate::report::record::SectionRecord;
-use crate::scene::types::Section;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_report::record::SectionRecord;
+use kanagata_scene::types::Section;
+use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 use line::{SectionLine, cut};
 use shape::walls;

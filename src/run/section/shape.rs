@@ -4,8 +4,8 @@
 //! with tools. Bottom, wall and flange are the same material in both states. Their directions are those of chords from 20 to
 //! 80 % of their lengths, so that the radii between them have no part in the angles.
 
-use crate::geometry::Vec2;
-use crate::report::record::WallRecord;
+use kanagata_geometry::Vec2;
+use kanagata_report::record::WallRecord;
 
 /// Inclination over the largest one above which a segment belongs to a wall.
 const WALL_REL: f64 = 0.5;

@@ -12,8 +12,8 @@ use super::lock;
 use super::progress_line::line;
 use super::resources;
 use super::restart::Restart;
-use crate::report::doubt::Doubt;
-use crate::report::record::{
+use kanagata_report::doubt::Doubt;
+use kanagata_report::record::{
     History, HistoryRow, LimitMarginRecord, QualityVerdict, RunRecord, ThinningRecord, Verdict,
 };
 
@@ -141,7 +141,7 @@ pub struct Status {
 /// [`StatusError`] when there is no `run.json`, or a file was not written by this program.
 pub fn status(folder: &Path) -> Result<Status, StatusError> {
     let path = folder.join("run.json");
-    let text = crate::files::read(&path, crate::files::Input::Description)
+    let text = kanagata_files::read(&path, kanagata_files::Input::Description)
         .map_err(|source| StatusError::Io { path: path.clone(), source })?;
     let record: RunRecord = RunRecord::parse(&text)
         .map_err(|found| StatusError::Invalid { path: path.clone(), found })?;
@@ -237,7 +237,7 @@ fn find_elsewhere(record: &RunRecord, folder: &Path) -> Found {
 /// The history up to the last increment of `run.json`; rows after it belong to an earlier run.
 fn read_history(folder: &Path, increments: usize) -> Result<History, StatusError> {
     let path = folder.join("history.csv");
-    let Ok(text) = crate::files::read_text(&path, crate::files::Input::Table) else {
+    let Ok(text) = kanagata_files::read_text(&path, kanagata_files::Input::Table) else {
         return Ok(History::default());
     };
     let mut history = History::parse(&text)
@@ -273,8 +273,8 @@ fn age(path: &Path) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::record::Process;
-    use crate::report::record::Quality;
+    use kanagata_report::record::Process;
+    use kanagata_report::record::Quality;
 
     fn record() -> RunRecord {
         let text = r#"{"format": "kanagata-run", "version": 2, "program": "p", "name": "n",

@@ -3,9 +3,9 @@
 use std::fmt::{self, Write as _};
 
 use super::{State, Status};
-use crate::report::record::QualityVerdict;
-use crate::run::lock::HEARTBEAT_EXPIRY;
-use crate::run::progress_line::HEADER;
+use crate::lock::HEARTBEAT_EXPIRY;
+use crate::progress_line::HEADER;
+use kanagata_report::record::QualityVerdict;
 
 /// Lines below the name of a run.
 struct Lines(String);

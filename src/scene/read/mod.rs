@@ -15,12 +15,12 @@ use super::plan::{Plan, PlannedFile, PlannedTool};
 use super::set_value::SetValue;
 use super::toml_text::{is_toml, json_text};
 use super::types::{Blank, BlankShape, MaterialChoice, Scene};
-use crate::contact::ToolSurface;
-use crate::files::{FileKind, sha256_hex};
-use crate::solver::material::Material;
-use crate::solver::material::card::{self, CardError, MaterialCard};
-use crate::tool::Patch;
-use crate::tool::file::read as read_tool;
+use kanagata_contact::ToolSurface;
+use kanagata_files::{FileKind, sha256_hex};
+use kanagata_solver::material::Material;
+use kanagata_solver::material::card::{self, CardError, MaterialCard};
+use kanagata_tool::Patch;
+use kanagata_tool::file::read as read_tool;
 
 pub use super::check::VERSION;
 
@@ -117,7 +117,7 @@ pub(super) fn complete_blank(
     let state = *state;
     let path = folder.join(file);
     let sheet = of_file(blank, scene, &path, state)?;
-    let bytes = crate::files::read(&path, crate::files::Input::Mesh).map_err(|e| {
+    let bytes = kanagata_files::read(&path, kanagata_files::Input::Mesh).map_err(|e| {
         SceneError::Blank { path: scene.to_path_buf(), cause: format!("{}: {e}", path.display()) }
     })?;
     let (file, sha256) = (file.clone(), sha256_hex(&bytes));
@@ -166,7 +166,7 @@ pub fn check_value(value: &serde_json::Value) -> Result<Scene, Fault> {
 }
 
 /// Whether a material is a file rather than a card of the library.
-pub(crate) fn is_path(name: &str) -> bool {
+pub fn is_path(name: &str) -> bool {
     name.ends_with(".json") || name.contains(['/', '\\'])
 }
 
@@ -190,7 +190,7 @@ fn card_of_file(
         file: file.clone(),
         cause,
     };
-    let bytes = crate::files::read(&file, crate::files::Input::Description).map_err(|e| {
+    let bytes = kanagata_files::read(&file, kanagata_files::Input::Description).map_err(|e| {
         let allowed = "a file with a material card, or the name of a card of the library";
         fault(format!("{e}; allowed: {allowed}"))
     })?;
@@ -205,14 +205,14 @@ fn card_of_file(
 /// # Errors
 /// As [`read`], except for tools and material.
 pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
-    let bytes = crate::files::read(path, crate::files::Input::Description)
+    let bytes = kanagata_files::read(path, kanagata_files::Input::Description)
         .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
     Ok((parse(&bytes, path)?, bytes))
 }
 
 /// The scene at `path` with values set from outside, and its text.
 fn scene_with(path: &Path, set: &[SetValue]) -> Result<(Scene, Vec<u8>), SceneError> {
-    let bytes = crate::files::read(path, crate::files::Input::Description)
+    let bytes = kanagata_files::read(path, kanagata_files::Input::Description)
         .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
     text_with(bytes, path, set)
 }

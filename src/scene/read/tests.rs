@@ -131,7 +131,8 @@ fn a_material_with_a_path_is_a_card_file() {
     assert!(message.contains("allowed: a material card: `name`"), "{message}");
     let mut value = super::tests::scene();
     value["material"] = "./card.json".into();
-    let die = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/u-draw/die.tool.json");
+    let die =
+        concat!(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."), "/fixtures/u-draw/die.tool.json");
     value["tools"][0]["file"] = die.into();
     std::fs::write(&scene, value.to_string()).unwrap();
     write(r#"{"name": "mine", "young_mpa": 70000, "poisson": 0.7}"#);
@@ -159,7 +160,9 @@ fn a_scene_that_is_no_scene_has_a_line_and_column() {
 
 /// The scene of the example in TOML.
 fn strip_in_toml() -> String {
-    let json = fs::read("examples/strip/strip.scene.json").unwrap();
+    let json =
+        fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/strip/strip.scene.json"))
+            .unwrap();
     let value: serde_json::Value = serde_json::from_slice(&json).unwrap();
     // TOML wants values before tables; one table for each key of the top level in inline form serves.
     let inline = |v: &serde_json::Value| inline(v);
@@ -183,7 +186,9 @@ fn inline(value: &serde_json::Value) -> String {
 
 #[test]
 fn a_scene_in_toml_is_the_same_scene() {
-    let json = fs::read("examples/strip/strip.scene.json").unwrap();
+    let json =
+        fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/strip/strip.scene.json"))
+            .unwrap();
     let text = format!("# a comment\n{}", strip_in_toml());
     let path = Path::new("strip.toml");
     assert_eq!(parse(text.as_bytes(), path).unwrap(), parse(&json, Path::new("s.json")).unwrap());

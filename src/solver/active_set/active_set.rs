@@ -2,17 +2,17 @@
 
 use super::driven_tools::{keep_pushed_tools, opposed, set_contact};
 use super::update::{Changes, Gap, Pivoting, Predicted, Tolerances, update};
-use crate::geometry::Vec3;
-use crate::solver::contact::candidate::Candidate;
-use crate::solver::limits::Limits;
-use crate::solver::linear::LinearError;
-use crate::solver::numbers::tolerances::{ACCURACY_REL, ROUNDING_REL};
-use crate::solver::system::correction::{Correction, Foretold};
-use crate::solver::system::system::System;
+use crate::contact::candidate::Candidate;
+use crate::limits::Limits;
+use crate::linear::LinearError;
+use crate::numbers::tolerances::{ACCURACY_REL, ROUNDING_REL};
+use crate::system::correction::{Correction, Foretold};
+use crate::system::system::System;
+use kanagata_geometry::Vec3;
 
 /// Updates the active set at a new iterate, after the contact search; returns the number of wrong pairs and tools.
 /// Forces are those predicted by the last correction; gaps, travels and pushes are those of the iterate.
-pub(in crate::solver) fn revise(
+pub(crate) fn revise(
     sys: &mut System,
     last: Option<&Correction>,
     near_equilibrium: bool,
@@ -43,7 +43,7 @@ pub(in crate::solver) fn revise(
 /// Active-set iteration on the linearised system, which excludes the effect of plasticity. Corrections are repeated
 /// until the predicted forces are compressive and the predicted gaps open, at most `max_iterations` times. Returns the last
 /// correction and the number of repeated solves.
-pub(in crate::solver) fn iterate_active_set(
+pub(crate) fn iterate_active_set(
     sys: &mut System,
     mut correction: Correction,
     limits: &Limits,
@@ -144,7 +144,7 @@ fn gaps(sys: &System, open: f64, gap: impl Fn(&Candidate) -> f64) -> Vec<Gap> {
 }
 
 /// Adds every node without contact that touches a tool.
-pub(in crate::solver) fn take_in(sys: &mut System) {
+pub(crate) fn take_in(sys: &mut System) {
     let gap = ACCURACY_REL * sys.lengths.shortest_edge;
     let gaps = gaps(sys, gap, |c| c.foot.gap);
     let predicted = Predicted { forces: Vec::new(), gaps, tools: Vec::new() };

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use crate::geometry::Vec3;
-use crate::solver::contact::frame::NORMAL_FRACTION_MIN;
-use crate::solver::system::system::System;
-use crate::solver::tools::motion::Motion;
-use crate::solver::tools::way::{RESOLUTION_REL, distance_along};
+use crate::contact::frame::NORMAL_FRACTION_MIN;
+use crate::system::system::System;
+use crate::tools::motion::Motion;
+use crate::tools::way::{RESOLUTION_REL, distance_along};
+use kanagata_geometry::Vec3;
 
 impl System {
     /// Distance that a tool travels along the unit vector `along` until it meets a node that it can push [mm]; `None`
@@ -29,7 +29,7 @@ impl System {
 
     /// Whether a tool travelling along its direction meets the node of a candidate near its foot point, at the
     /// given `distance` [mm]. False for a node beside the tool whose foot point lies on a face that bulges towards it.
-    pub(in crate::solver) fn meets(&self, k: usize, distance: f64) -> bool {
+    pub(crate) fn meets(&self, k: usize, distance: f64) -> bool {
         let c = &self.contact.candidates[k];
         let (own, reach) = (&self.tools[c.tool], self.lengths.longest_edge);
         let place = self.position(c.node) - own.shift();
@@ -48,7 +48,7 @@ impl System {
 
     /// Distance that a tool can travel along its direction until just before it meets the sheet [mm], without limit.
     /// Rounded down to a multiple of the step, so that patches beside the sheet have no effect.
-    pub(in crate::solver) fn clear_travel(&self, tool: usize) -> Option<f64> {
+    pub(crate) fn clear_travel(&self, tool: usize) -> Option<f64> {
         let own = &self.tools[tool];
         let direction = own.setup.direction;
         let bounds = own.setup.surface.bounds();
@@ -63,7 +63,7 @@ impl System {
     }
 
     /// Whether a tool without contact meets the current configuration of the sheet in a stage.
-    pub(in crate::solver) fn comes(&self, tool: usize, motion: &Motion, carried: f64) -> bool {
+    pub(crate) fn comes(&self, tool: usize, motion: &Motion, carried: f64) -> bool {
         let start = self.tools[tool].travel;
         let meets = |[low, high]: [f64; 2]| {
             let direction = self.tools[tool].setup.direction;

@@ -5,12 +5,12 @@
 //! ([`advance`]); depths below its resolution are ignored. A node that slides around a radius, or separates, moves along
 //! a chord: between entry and exit the surface turns by no more than a right angle. Any other path is a crossing.
 
-use crate::geometry::Vec3;
-use crate::solver::contact::candidate::Candidate;
-use crate::solver::numbers::tolerances::ACCURACY_REL;
-use crate::solver::system::system::System;
-use crate::solver::tools::tool::Tool;
-use crate::solver::tools::way::{RESOLUTION_REL, advance};
+use crate::contact::candidate::Candidate;
+use crate::numbers::tolerances::ACCURACY_REL;
+use crate::system::system::System;
+use crate::tools::tool::Tool;
+use crate::tools::way::{RESOLUTION_REL, advance};
+use kanagata_geometry::Vec3;
 
 /// Minimum cosine of the turn of the surface between entry and exit of a chord. A node that slides over a right-angled
 /// corner in one step has a turn of 90 degrees; the margin of 6 degrees keeps rounding from deciding.
@@ -72,7 +72,7 @@ impl System {
     /// A node that crossed a tool since the last equilibrium. A node farther from the tool than it has moved was never
     /// inside. Of the others, with a relative displacement up to the longest edge, only those are followed that lie
     /// past the border, inside, or above the tangent plane of their start.
-    pub(in crate::solver) fn passed_through(&self) -> Option<usize> {
+    pub(crate) fn passed_through(&self) -> Option<usize> {
         let (x, present) = (self.positions(), self.present());
         let reach = self.lengths.longest_edge;
         let resolution = RESOLUTION_REL * reach;

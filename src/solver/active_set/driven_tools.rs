@@ -1,16 +1,16 @@
 //! Tools driven by force: each keeps at least one contact.
 
-use crate::solver::contact::candidate::Candidate;
-use crate::solver::linear::LinearError;
-use crate::solver::numbers::tolerances::ACCURACY_REL;
-use crate::solver::system::correction::Correction;
-use crate::solver::system::system::System;
-use crate::solver::tools::role::Role;
-use crate::solver::tools::way::FACING_COS_MIN;
+use crate::contact::candidate::Candidate;
+use crate::linear::LinearError;
+use crate::numbers::tolerances::ACCURACY_REL;
+use crate::system::correction::Correction;
+use crate::system::system::System;
+use crate::tools::role::Role;
+use crate::tools::way::FACING_COS_MIN;
 
 /// A tool driven by force needs resistance: the first node along its direction, or its stop if that is closer. A
 /// distant tool, or one that only passes close nodes, is moved to the sheet. Returns the number of changes.
-pub(in crate::solver) fn keep_pushed_tools(sys: &mut System) -> usize {
+pub(crate) fn keep_pushed_tools(sys: &mut System) -> usize {
     let mut changes = 0;
     for tool in unopposed(sys, |_| true) {
         let first_candidate = first_along_direction(sys, tool);
@@ -36,7 +36,7 @@ pub(in crate::solver) fn keep_pushed_tools(sys: &mut System) -> usize {
 }
 
 /// The correction; recomputed if a tool had no resistance and a further node or stop along its direction is found.
-pub(in crate::solver) fn opposed(
+pub(crate) fn opposed(
     sys: &mut System,
     found: Result<Correction, LinearError>,
 ) -> Result<Correction, LinearError> {
@@ -52,7 +52,7 @@ pub(in crate::solver) fn opposed(
 /// Adds resistance to tools driven by force whose contacts are only walls along their direction, for example where a
 /// node has slid around an edge into a bore. The first node along the direction is added; a tool that meets none
 /// moves to its stop. Returns whether there were any.
-pub(in crate::solver) fn oppose(sys: &mut System) -> bool {
+pub(crate) fn oppose(sys: &mut System) -> bool {
     let mut any = false;
     let faces =
         |c: &Candidate| c.foot.normal.dot(&sys.tools[c.tool].setup.direction) > FACING_COS_MIN;
@@ -79,7 +79,7 @@ fn unopposed(sys: &System, opposes: impl Fn(&Candidate) -> bool) -> Vec<usize> {
 }
 
 /// First candidate along the direction of a tool according to the contact search, and its distance [mm].
-pub(in crate::solver) fn first_along_direction(sys: &System, tool: usize) -> Option<(usize, f64)> {
+pub(crate) fn first_along_direction(sys: &System, tool: usize) -> Option<(usize, f64)> {
     let in_contact: Vec<usize> = sys.contact.active().map(|(_, c)| c.node).collect();
     let direction = sys.tools[tool].setup.direction;
     let distance = |k: usize| {
@@ -102,7 +102,7 @@ pub(in crate::solver) fn first_along_direction(sys: &System, tool: usize) -> Opt
     candidates().find(|w| w.1 <= near)
 }
 
-pub(in crate::solver) fn set_contact(sys: &mut System, k: usize, active: bool) {
+pub(crate) fn set_contact(sys: &mut System, k: usize, active: bool) {
     let c = &mut sys.contact.candidates[k];
     c.active = active;
     c.sliding = true;

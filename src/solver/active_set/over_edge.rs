@@ -2,10 +2,10 @@
 //! edge between nodes is not modelled, and a node drawn back over the edge starts inside the tool. An overhang is
 //! reported.
 
-use crate::geometry::Vec3;
-use crate::solver::contact::candidate::Candidate;
-use crate::solver::system::system::System;
-use crate::solver::tools::role::Role;
+use crate::contact::candidate::Candidate;
+use crate::system::system::System;
+use crate::tools::role::Role;
+use kanagata_geometry::Vec3;
 
 /// Nodes past the free border of a tool where the sheet overhangs it.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,7 +23,7 @@ pub struct OverEdge {
 impl System {
     /// The deepest overhang, if an edge is deeper below the straight line between two nodes than `depth_rel` times the
     /// thickness.
-    pub(in crate::solver) fn over_edge(&self, depth_rel: f64) -> Option<OverEdge> {
+    pub(crate) fn over_edge(&self, depth_rel: f64) -> Option<OverEdge> {
         let allowed = depth_rel * self.body.mesh().mean_thickness();
         let found = (0..self.tools.len()).filter(|&tool| self.roles[tool] != Role::Absent);
         let found = found.filter_map(|tool| self.over_edge_of(tool, allowed));

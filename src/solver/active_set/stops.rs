@@ -5,25 +5,25 @@
 //! determined in the same iteration as contact.
 
 use super::update::StoppedTool;
-use crate::solver::system::system::System;
-use crate::solver::tools::stop::Stop;
+use crate::system::system::System;
+use crate::tools::stop::Stop;
 
 impl System {
     /// Prescribed force of a tool with unknown travel that is not at its stop [N].
-    pub(in crate::solver) fn wanted(&self, tool: usize) -> Option<f64> {
+    pub(crate) fn wanted(&self, tool: usize) -> Option<f64> {
         let push = self.roles[tool].push(self.tools[tool].travel)?;
         (!self.stops[tool].reached).then_some(push)
     }
 
     /// Travel to the stop of a tool that is at its stop [mm].
-    pub(in crate::solver) fn short_of_stop(&self, tool: usize) -> Option<f64> {
+    pub(crate) fn short_of_stop(&self, tool: usize) -> Option<f64> {
         let stop = self.stops[tool];
         stop.reached.then_some(stop.at - self.tools[tool].travel)
     }
 
     /// Sets the stop of a tool for this increment, not behind its position at the start of the stage, and limits the
     /// travel to it.
-    pub(in crate::solver) fn set_stop(&mut self, tool: usize, start: f64) {
+    pub(crate) fn set_stop(&mut self, tool: usize, start: f64) {
         let stop = self.tools[tool].setup.stop.filter(|_| self.roles[tool].push(0.0).is_some());
         let reached = stop.is_some() && self.stops[tool].reached;
         let at = stop.map_or(f64::INFINITY, |stop| stop.max(start));
@@ -32,7 +32,7 @@ impl System {
     }
 
     /// Tools with a stop, with the travel [mm] and push [N] predicted by `of`.
-    pub(in crate::solver) fn stopped_tools(
+    pub(crate) fn stopped_tools(
         &self,
         of: impl Fn(&Self, usize) -> (f64, f64),
     ) -> Vec<StoppedTool> {
@@ -47,7 +47,7 @@ impl System {
     }
 
     /// Force of a tool on the sheet along its direction [N].
-    pub(in crate::solver) fn push_of(&self, tool: usize) -> f64 {
+    pub(crate) fn push_of(&self, tool: usize) -> f64 {
         self.tool_force(tool).dot(&self.tools[tool].setup.direction)
     }
 }

@@ -4,8 +4,8 @@
 //! at once. If the number of wrong pairs no longer decreases, only the worst of them are changed (block principal
 //! pivoting, Judice & Pires 1994), which ends active-set cycling of large blocks.
 
-use crate::solver::numbers::tolerances::{NEGLIGIBLE_REL, ROUNDING_REL};
-use crate::solver::tools::stop::Stop;
+use crate::numbers::tolerances::{NEGLIGIBLE_REL, ROUNDING_REL};
+use crate::tools::stop::Stop;
 
 /// Updates without a decrease of the number of wrong pairs before only a part of them is changed. With two, iterations
 /// rise by 1 %; with eight they fall by 1 %, but blocks that cycle do so longer.
@@ -16,70 +16,70 @@ const BLOCK_DIVISOR_MAX: usize = 6;
 
 /// Predicted state of pairs and tools. Pairs are indices of candidates, in ascending order.
 #[derive(Debug, Default)]
-pub(in crate::solver) struct Predicted {
+pub(crate) struct Predicted {
     /// Pairs in contact and their normal forces [N]; positive in compression.
-    pub(in crate::solver) forces: Vec<(usize, f64)>,
+    pub(crate) forces: Vec<(usize, f64)>,
     /// Admissible pairs of nodes without contact, with a gap below [`Tolerances::gap`].
-    pub(in crate::solver) gaps: Vec<Gap>,
+    pub(crate) gaps: Vec<Gap>,
     /// Tools with a stop.
-    pub(in crate::solver) tools: Vec<StoppedTool>,
+    pub(crate) tools: Vec<StoppedTool>,
 }
 
 /// A pair without contact.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::solver) struct Gap {
+pub(crate) struct Gap {
     /// Index of the pair.
-    pub(in crate::solver) pair: usize,
+    pub(crate) pair: usize,
     /// Node of the pair.
-    pub(in crate::solver) node: usize,
+    pub(crate) node: usize,
     /// Gap of the pair [mm].
-    pub(in crate::solver) gap: f64,
+    pub(crate) gap: f64,
 }
 
 /// A tool with a stop, driven by a force or a spring.
 #[derive(Debug)]
-pub(in crate::solver) struct StoppedTool {
+pub(crate) struct StoppedTool {
     /// Index of the tool.
-    pub(in crate::solver) tool: usize,
+    pub(crate) tool: usize,
     /// Stop of the tool.
-    pub(in crate::solver) stop: Stop,
+    pub(crate) stop: Stop,
     /// Travel [mm].
-    pub(in crate::solver) travel: f64,
+    pub(crate) travel: f64,
     /// Force on the sheet along its direction [N].
-    pub(in crate::solver) push: f64,
+    pub(crate) push: f64,
     /// Required force at the stop [N].
-    pub(in crate::solver) required: f64,
+    pub(crate) required: f64,
 }
 
 /// Rounding tolerances.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in crate::solver) struct Tolerances {
+pub(crate) struct Tolerances {
     /// Normal force below which a pair is in tension, at most 0 [N].
-    pub(in crate::solver) tension: f64,
+    pub(crate) tension: f64,
     /// Travel past a stop [mm].
-    pub(in crate::solver) travel: f64,
+    pub(crate) travel: f64,
     /// Reference gap of depths [mm].
-    pub(in crate::solver) gap: f64,
+    pub(crate) gap: f64,
 }
 
 /// Changes of the active set.
 #[derive(Debug, Default, PartialEq)]
-pub(in crate::solver) struct Changes {
+pub(crate) struct Changes {
     /// Pairs to release.
-    pub(in crate::solver) release: Vec<usize>,
+    pub(crate) release: Vec<usize>,
     /// Pairs to add.
-    pub(in crate::solver) add: Vec<usize>,
+    pub(crate) add: Vec<usize>,
     /// Tools whose stop state changes, and whether they are at their stop.
-    pub(in crate::solver) stops: Vec<(usize, bool)>,
+    pub(crate) stops: Vec<(usize, bool)>,
     /// Wrong pairs and stops, including those not changed yet.
-    pub(in crate::solver) wrong: usize,
+    pub(crate) wrong: usize,
     /// The active set cycles, and blocks are reduced.
-    pub(in crate::solver) cycles: bool,
+    pub(crate) cycles: bool,
 }
 
 /// State of block principal pivoting in one increment.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::solver) struct Pivoting {
+pub(crate) struct Pivoting {
     /// Smallest number of wrong pairs so far.
     fewest: usize,
     /// Updates since then.
@@ -87,7 +87,7 @@ pub(in crate::solver) struct Pivoting {
 }
 
 impl Pivoting {
-    pub(in crate::solver) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { fewest: usize::MAX, since: 0 }
     }
 
@@ -112,7 +112,7 @@ impl Pivoting {
 }
 
 /// Changes required by the prediction. `neighbours`: nodes that share an element with a node.
-pub(in crate::solver) fn update<I: Iterator<Item = usize>>(
+pub(crate) fn update<I: Iterator<Item = usize>>(
     predicted: &Predicted,
     neighbours: impl Fn(usize) -> I,
     tolerances: Tolerances,

@@ -1,8 +1,8 @@
 //! Material axes that follow the sheet: the third along its normal, the first along the rolling direction.
 
 use super::body::Body;
-use crate::geometry::frame::Frame;
-use crate::geometry::{Mat3, Vec3};
+use kanagata_geometry::frame::Frame;
+use kanagata_geometry::{Mat3, Vec3};
 
 /// A rolling direction so close to the normal of an element that its in-plane projection is undefined.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -59,10 +59,10 @@ mod tests {
     use nalgebra::Rotation3;
 
     use super::*;
-    use crate::solver::assembly::evaluation::Evaluation;
-    use crate::solver::element::{ElementKind, Want};
-    use crate::solver::material::card;
-    use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
+    use crate::assembly::evaluation::Evaluation;
+    use crate::element::{ElementKind, Want};
+    use crate::material::card;
+    use crate::sheet::hex_mesh::{HexMesh, rectangle};
 
     const SHELL: ElementKind = ElementKind::SolidShell { points: 3, membrane: true };
 

@@ -10,15 +10,15 @@ use rayon::prelude::*;
 
 use super::condense::condense;
 use super::evaluation::{ElementFailure, Evaluation};
-use crate::geometry::Mat3;
-use crate::solver::element::{
+use crate::element::{
     DOFS, ElementInput, ElementKind, ElementMatrices, PointFailure, PointGeometry, Want,
 };
-use crate::solver::linear::pattern::{Gather, NodeUse};
-use crate::solver::material::Material;
-use crate::solver::material::RotatedLaw;
-use crate::solver::sheet::hanging_nodes::HangingCorners;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::linear::pattern::{Gather, NodeUse};
+use crate::material::Material;
+use crate::material::RotatedLaw;
+use crate::sheet::hanging_nodes::HangingCorners;
+use crate::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Mat3;
 
 /// Elements of a band for each thread: the matrices of two bands fit into the cache.
 const ELEMENTS_PER_THREAD: usize = 128;
@@ -29,7 +29,7 @@ const NODES_PER_TASK: usize = 32;
 /// Partition of the elements into bands.
 #[derive(Debug)]
 pub(super) struct Bands {
-    pub(in crate::solver) list: Vec<Band>,
+    pub(crate) list: Vec<Band>,
     /// Number of element matrices kept, a multiple of the band length. The matrix of an element is stored at its
     /// number modulo this.
     pub(super) stored: usize,
@@ -37,9 +37,9 @@ pub(super) struct Bands {
 
 /// A run of elements and the nodes, in order, that no later element touches.
 #[derive(Debug)]
-pub(in crate::solver) struct Band {
-    pub(in crate::solver) elements: Range<usize>,
-    pub(in crate::solver) nodes: Vec<Range<usize>>,
+pub(crate) struct Band {
+    pub(crate) elements: Range<usize>,
+    pub(crate) nodes: Vec<Range<usize>>,
 }
 
 impl Bands {
@@ -82,7 +82,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    pub(in crate::solver) fn add(&mut self, block: &ElementMatrices) {
+    pub(crate) fn add(&mut self, block: &ElementMatrices) {
         self.elastic_energy += block.elastic_energy;
         self.plastic_work += block.plastic_work;
         self.artificial_work += block.artificial_work;
@@ -109,7 +109,7 @@ pub(super) struct Elements<'a> {
 
 impl Elements<'_> {
     /// Evaluates the elements from `first`; each writes its new history and its matrices.
-    pub(in crate::solver) fn evaluate(
+    pub(crate) fn evaluate(
         &self,
         first: usize,
         states: &mut [&mut [f64]],
@@ -169,7 +169,7 @@ pub(super) struct Assembly<'a> {
 
 impl Assembly<'_> {
     /// Assembles forces and, if requested, rows of the tangent of `nodes`.
-    pub(in crate::solver) fn sum(&self, nodes: &[Range<usize>], out: &mut Evaluation) {
+    pub(crate) fn sum(&self, nodes: &[Range<usize>], out: &mut Evaluation) {
         let row_ptr = &self.gather.pattern.row_ptr;
         let with_tangent = self.want == Want::ResidualAndTangent;
         let (mut forces, mut rows) = (&mut out.internal_force[..], &mut out.tangent[..]);
@@ -248,9 +248,9 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::solver::assembly::Body;
-    use crate::solver::material::card;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::assembly::Body;
+    use crate::material::card;
+    use crate::sheet::hex_mesh::rectangle;
 
     /// A sheet of 9 x 7 x 2 elements, renumbered by `place`.
     fn body(place: impl Fn(usize) -> usize, length: usize) -> Body {

@@ -5,14 +5,14 @@ use std::sync::{Arc, OnceLock};
 use super::bands::Bands;
 
 use super::evaluation::{ElementFailure, Evaluation};
-use crate::geometry::Mat3;
-use crate::solver::element::{
+use crate::element::{
     ElementKind, ElementMatrices, PointGeometry, ReferenceCheck, Want, reference_points,
 };
-use crate::solver::linear::pattern::{Gather, Pattern};
-use crate::solver::material::Material;
-use crate::solver::sheet::hanging_nodes::HangingCorners;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::linear::pattern::{Gather, Pattern};
+use crate::material::Material;
+use crate::sheet::hanging_nodes::HangingCorners;
+use crate::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Mat3;
 
 /// Invalid model of a body, or saved state that does not fit it.
 #[non_exhaustive]
@@ -59,14 +59,14 @@ pub enum BodyError {
 /// One deformable body.
 #[derive(Debug)]
 pub struct Body {
-    pub(in crate::solver) mesh: HexMesh,
-    pub(in crate::solver) kind: ElementKind,
-    pub(in crate::solver) material: Arc<dyn Material>,
-    pub(in crate::solver) thickness_rule: Vec<(f64, f64)>,
+    pub(crate) mesh: HexMesh,
+    pub(crate) kind: ElementKind,
+    pub(crate) material: Arc<dyn Material>,
+    pub(crate) thickness_rule: Vec<(f64, f64)>,
     /// Material axes of each element if they differ between elements.
-    pub(in crate::solver) axes: Option<Vec<Mat3>>,
+    pub(crate) axes: Option<Vec<Mat3>>,
     /// Data for evaluation, about 9 kB per element. Allocated at first use, so that a model can be checked before.
-    pub(in crate::solver) evaluation_data: OnceLock<EvaluationData>,
+    pub(crate) evaluation_data: OnceLock<EvaluationData>,
 }
 
 /// Data for the evaluation of the elements.
@@ -74,12 +74,12 @@ pub struct Body {
 pub struct EvaluationData {
     pub(super) gather: Gather,
     /// Gauss point geometry of every undeformed element.
-    pub(in crate::solver) geometry: Vec<[PointGeometry; 8]>,
+    pub(crate) geometry: Vec<[PointGeometry; 8]>,
     /// Converged history of each element: its points, then its further state variables.
-    pub(in crate::solver) committed: Vec<f64>,
+    pub(crate) committed: Vec<f64>,
     pub(super) trial: Vec<f64>,
     /// Logarithmic strains before the last commit, six for each point; empty if the material needs no prediction.
-    pub(in crate::solver) previous_strains: Vec<f64>,
+    pub(crate) previous_strains: Vec<f64>,
     pub(super) bands: Bands,
     /// Hanging corners of each element; empty for a mesh without hanging nodes.
     pub(super) hanging: Vec<Option<HangingCorners>>,
@@ -103,11 +103,7 @@ pub fn initial_history(elements: usize, kind: ElementKind, material: &dyn Materi
 
 impl EvaluationData {
     /// For a mesh whose elements have been checked.
-    pub(in crate::solver) fn new(
-        mesh: &HexMesh,
-        kind: ElementKind,
-        material: &dyn Material,
-    ) -> Self {
+    pub(crate) fn new(mesh: &HexMesh, kind: ElementKind, material: &dyn Material) -> Self {
         let corners = |nodes: &[u32; 8]| nodes.map(|node| mesh.nodes[node as usize]);
         let points = |nodes| {
             reference_points(&corners(nodes)).expect("elements are checked when the body is made")
@@ -169,12 +165,12 @@ impl Body {
         })
     }
 
-    pub(in crate::solver) fn evaluation_data(&self) -> &EvaluationData {
+    pub(crate) fn evaluation_data(&self) -> &EvaluationData {
         self.evaluation_data
             .get_or_init(|| EvaluationData::new(&self.mesh, self.kind, self.material.as_ref()))
     }
 
-    pub(in crate::solver) fn evaluation_data_mut(&mut self) -> &mut EvaluationData {
+    pub(crate) fn evaluation_data_mut(&mut self) -> &mut EvaluationData {
         self.evaluation_data();
         self.evaluation_data.get_mut().expect("made on the line above")
     }
@@ -242,7 +238,7 @@ impl Body {
     }
 
     /// Number of stored values of an element.
-    pub(in crate::solver) fn stride(&self) -> usize {
+    pub(crate) fn stride(&self) -> usize {
         self.kind.point_count() * self.material.state_len() + self.kind.record_len()
     }
 }

@@ -1,7 +1,7 @@
 //! Forces and stiffness of an element with hanging corners, for its effective nodes.
 
-use crate::solver::element::{DOFS, ElementMatrices, Want};
-use crate::solver::sheet::hanging_nodes::HangingCorners;
+use crate::element::{DOFS, ElementMatrices, Want};
+use crate::sheet::hanging_nodes::HangingCorners;
 
 /// Replaces the force `f` by `T^t f` and, if requested, the tangent `K` by `T^t K T`. `T` gives the displacements of the
 /// corners for those of the effective nodes: each hanging corner has the mean of the effective node in its place and of a

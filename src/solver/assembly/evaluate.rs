@@ -3,9 +3,9 @@
 use super::bands::{Assembly, Bands, Elements, Sums};
 use super::body::{Body, EvaluationData};
 use super::evaluation::{ElementFailure, Evaluation};
-use crate::solver::element::{ElementMatrices, Want};
-use crate::solver::linear::pattern::Gather;
-use crate::solver::material::Material;
+use crate::element::{ElementMatrices, Want};
+use crate::linear::pattern::Gather;
+use crate::material::Material;
 
 impl Body {
     /// Evaluates and assembles all elements: with the material and the committed history, or with another law and

@@ -1,6 +1,6 @@
 //! Forces, tangent and energies of a body.
 
-use crate::solver::element::FailureReason;
+use crate::element::FailureReason;
 
 /// Forces, tangent and energies of a body.
 #[derive(Debug, Clone, Default, PartialEq)]

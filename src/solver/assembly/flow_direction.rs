@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::body::Body;
-use crate::solver::material::{HistoryLayout, LogState};
-use crate::solver::numbers::tensor::{Mandel, dot};
+use crate::material::{HistoryLayout, LogState};
+use crate::numbers::tensor::{Mandel, dot};
 
 /// Work of an increment and the part of it that is in error, both not negative [N mm].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -24,19 +24,19 @@ pub struct WorkError {
 impl WorkError {
     /// Work that is `dissipated`, and `stored` in elastic strains. `products`: of the stress, or force, at the start with
     /// itself, of that at the end with itself, and of both.
-    pub(in crate::solver) fn of(dissipated: f64, products: [f64; 3], stored: f64) -> Self {
+    pub(crate) fn of(dissipated: f64, products: [f64; 3], stored: f64) -> Self {
         let [old, new, both] = products;
         let dissipated = dissipated.max(0.0);
         let share = if new > 0.0 { ((old * new).sqrt() - both).max(0.0) / new } else { 0.0 };
         Self { lacking: share * dissipated, work: dissipated + stored.abs() }
     }
 
-    pub(in crate::solver) fn plus(self, other: Self) -> Self {
+    pub(crate) fn plus(self, other: Self) -> Self {
         Self { lacking: self.lacking + other.lacking, work: self.work + other.work }
     }
 
     /// `factor` times both.
-    pub(in crate::solver) fn times(self, factor: f64) -> Self {
+    pub(crate) fn times(self, factor: f64) -> Self {
         Self { lacking: factor * self.lacking, work: factor * self.work }
     }
 
@@ -49,7 +49,7 @@ impl WorkError {
 
 impl Body {
     /// Error of the increment from the last commit to the last evaluation; zero for a material without history.
-    pub(in crate::solver) fn flow_direction_error(&self) -> WorkError {
+    pub(crate) fn flow_direction_error(&self) -> WorkError {
         let Some(layout) = self.material.history_layout() else { return WorkError::default() };
         let (stride, len) = (self.stride(), self.material.state_len());
         let point_len = self.kind.point_count() * len;
@@ -103,7 +103,7 @@ fn split(tensor: &Mandel) -> (Mandel, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::material::card;
+    use crate::material::card;
 
     /// A point whose stress turns by an angle while it flows with a known power.
     #[test]

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::body::{Body, EvaluationData};
 use super::evaluation::{ElementFailure, Evaluation};
-use crate::solver::element::Want;
-use crate::solver::material::Material;
-use crate::solver::material::at_yield::AtYield;
-use crate::solver::material::foreseen::Foreseen;
+use crate::element::Want;
+use crate::material::Material;
+use crate::material::at_yield::AtYield;
+use crate::material::foreseen::Foreseen;
 
 /// Parameters of the prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,10 +95,10 @@ impl Body {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Mat3, Vec3};
-    use crate::solver::element::ElementKind;
-    use crate::solver::material::card;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::element::ElementKind;
+    use crate::material::card;
+    use crate::sheet::hex_mesh::rectangle;
+    use kanagata_geometry::{Mat3, Vec3};
 
     /// Displacements of a sheet of 2 x 2 elements, stretched in proportion to `step` and rotated by 0.1 rad per step.
     fn stretched_and_turned(body: &Body, step: f64) -> Vec<f64> {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::body::Body;
-use crate::solver::material::PointState;
+use crate::material::PointState;
 
 /// Plastic strain and stress of an element.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -73,10 +73,10 @@ fn weighted_mean(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::assembly::evaluation::Evaluation;
-    use crate::solver::element::{ElementKind, Want};
-    use crate::solver::material::card;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::assembly::evaluation::Evaluation;
+    use crate::element::{ElementKind, Want};
+    use crate::material::card;
+    use crate::sheet::hex_mesh::rectangle;
 
     /// One element of steel with its rolling direction at `angle`, strained in `steps`; `curvature` along x [1/mm].
     fn strained(kind: ElementKind, angle: f64, curvature: f64, steps: [f64; 3]) -> ElementState {
@@ -84,7 +84,7 @@ mod tests {
         let mut body = Body::new(rectangle(2.0, 2.0, 0.8, 1, 1, 1), kind, steel).unwrap();
         let mut out = Evaluation::default();
         for share in steps {
-            let moved = |x: &crate::geometry::Vec3| {
+            let moved = |x: &kanagata_geometry::Vec3| {
                 let bend = curvature * (x.z - 0.4) * (x.x - 1.0);
                 [share * (0.1 * x.x + bend), -0.04 * share * x.y, -0.05 * share * x.z]
             };
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn elastic_sheets_keep_no_state() {
-        let elastic = crate::solver::material::elastic::Elastic { young: 2e5, poisson: 0.3 };
+        let elastic = crate::material::elastic::Elastic { young: 2e5, poisson: 0.3 };
         let mesh = rectangle(2.0, 2.0, 0.8, 1, 1, 1);
         let body = Body::new(mesh, ElementKind::Hex8, std::sync::Arc::new(elastic)).unwrap();
         assert_eq!(body.element_states(), None);

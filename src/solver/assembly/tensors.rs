@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::body::Body;
-use crate::geometry::{Mat3, Vec3};
-use crate::solver::element::{ElementKind, rotation};
-use crate::solver::material::corotational::Corotational;
+use crate::element::{ElementKind, rotation};
+use crate::material::corotational::Corotational;
+use kanagata_geometry::{Mat3, Vec3};
 
 /// Cauchy stress and logarithmic strain in global axes of the deformed sheet, each as `xx, yy, zz, xy, yz, xz`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -118,11 +118,11 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::solver::assembly::evaluation::Evaluation;
-    use crate::solver::element::{ElementKind, Want};
-    use crate::solver::material::Material;
-    use crate::solver::material::card;
-    use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
+    use crate::assembly::evaluation::Evaluation;
+    use crate::element::{ElementKind, Want};
+    use crate::material::Material;
+    use crate::material::card;
+    use crate::sheet::hex_mesh::{HexMesh, rectangle};
 
     const SHELL: ElementKind = ElementKind::SolidShell { points: 5, membrane: true };
     const KINDS: [ElementKind; 4] = [

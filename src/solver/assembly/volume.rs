@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::body::Body;
 use super::evaluation::ElementFailure;
-use crate::solver::element::{FailureReason, PointGeometry};
-use crate::solver::material::HistoryLayout;
+use crate::element::{FailureReason, PointGeometry};
+use crate::material::HistoryLayout;
 
 impl Body {
     /// Volume error as a fraction of the undeformed volume. Plastic flow is isochoric, so an element at
@@ -99,7 +99,7 @@ impl Body {
 
 /// `det F` at a point.
 fn volume_ratio(point: &PointGeometry, moved: &[[f64; 3]; 8]) -> f64 {
-    let mut f = crate::geometry::Mat3::identity();
+    let mut f = kanagata_geometry::Mat3::identity();
     for (a, u) in moved.iter().enumerate() {
         for (i, u) in u.iter().enumerate() {
             for (j, gradient) in point.gradient.iter().enumerate() {
@@ -127,10 +127,10 @@ fn elastic_ratio(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::assembly::evaluation::Evaluation;
-    use crate::solver::element::{ElementKind, Want};
-    use crate::solver::material::card;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::assembly::evaluation::Evaluation;
+    use crate::element::{ElementKind, Want};
+    use crate::material::card;
+    use crate::sheet::hex_mesh::rectangle;
 
     /// Volume error of a sheet of 3 x 3 elements, elongated by 10 % along x with the given `width` and `thickness`
     /// strains, and sheared non-uniformly.
@@ -142,7 +142,7 @@ mod tests {
         assert!(found < 1e-15, "{kind:?}: {found} at rest");
         for step in 1..=5 {
             let share = f64::from(step) / 5.0;
-            let moved = |x: &crate::geometry::Vec3| {
+            let moved = |x: &kanagata_geometry::Vec3| {
                 let bend = 0.004 * x.x * x.y;
                 [share * (0.1 * x.x + bend), share * width * x.y, share * thickness * x.z]
             };
@@ -161,7 +161,7 @@ mod tests {
         let body = Body::new(rectangle(6.0, 6.0, 0.8, 3, 3, 1), shell, steel).unwrap();
         let drawn = |share: f64| -> Vec<f64> {
             // Both nodes at the corner of the blank move towards the opposite corner of the element.
-            let moved = |x: &crate::geometry::Vec3| {
+            let moved = |x: &kanagata_geometry::Vec3| {
                 let corner = f64::from(x.x > 5.9 && x.y > 5.9);
                 [-2.0 * share * corner, -2.0 * share * corner, 0.0]
             };

@@ -3,12 +3,12 @@
 
 use rayon::prelude::*;
 
-use crate::contact::Projection;
-use crate::contact::friction::COULOMB_SLIP_RATIO;
-use crate::geometry::Vec3;
-use crate::solver::numbers::tolerances::REPETITIONS_MAX;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::tools::tool::Tool;
+use crate::numbers::tolerances::REPETITIONS_MAX;
+use crate::sheet::hex_mesh::HexMesh;
+use crate::tools::tool::Tool;
+use kanagata_contact::Projection;
+use kanagata_contact::friction::COULOMB_SLIP_RATIO;
+use kanagata_geometry::Vec3;
 
 /// Distance past the border of a tool, over the search radius, up to which a node stays in contact. Without this
 /// tolerance, contact of a node on the border (where sheet and tool often end together) would alternate. It is
@@ -17,40 +17,40 @@ const OVERHANG_REL: f64 = 0.05;
 
 /// A node and a tool with which it may come into contact.
 #[derive(Debug, Clone)]
-pub(in crate::solver) struct Candidate {
-    pub(in crate::solver) node: usize,
-    pub(in crate::solver) tool: usize,
-    pub(in crate::solver) active: bool,
+pub(crate) struct Candidate {
+    pub(crate) node: usize,
+    pub(crate) tool: usize,
+    pub(crate) active: bool,
     /// The node came into contact in this iteration.
-    pub(in crate::solver) newly_active: bool,
+    pub(crate) newly_active: bool,
     /// Changes of patch of the foot point in this increment while in contact.
-    pub(in crate::solver) patch_changes: usize,
+    pub(crate) patch_changes: usize,
     /// The node slid in the last iteration; a node that has just come into contact counts as sliding.
-    pub(in crate::solver) sliding: bool,
-    pub(in crate::solver) foot: Projection,
+    pub(crate) sliding: bool,
+    pub(crate) foot: Projection,
     /// Distance of the node past the border of the tool, along the surface, over the tolerance for nodes in contact
     /// [1].
-    pub(in crate::solver) overshoot: f64,
+    pub(crate) overshoot: f64,
     /// Position at the last converged increment in the frame of the tool; `None` if the tool was absent.
-    pub(in crate::solver) before: Option<Vec3>,
+    pub(crate) before: Option<Vec3>,
     /// The node was in contact at the last converged increment.
     touched: bool,
     /// Foot point at the last converged increment in the frame of the tool. For a node without contact then: its foot
     /// point at first contact, shifted back along the tool by the relative displacement.
-    pub(in crate::solver) start: Vec3,
+    pub(crate) start: Vec3,
     /// Reference point of the slip: `start` minus the slip that friction remembers.
-    pub(in crate::solver) anchor: Vec3,
+    pub(crate) anchor: Vec3,
     /// Ratio of tangential to normal force at the last equilibrium.
-    pub(in crate::solver) friction_ratio: Vec3,
+    pub(crate) friction_ratio: Vec3,
     /// Tool force about which friction is linearised, if not the force of the iterate.
-    pub(in crate::solver) expected: Option<Expected>,
+    pub(crate) expected: Option<Expected>,
     /// Multiplier of the augmented Lagrangian method: force at which its spring is unstretched [N].
-    pub(in crate::solver) push: f64,
+    pub(crate) push: f64,
 }
 
 /// Estimate of the force of a tool on a node before equilibrium is reached [N].
 #[derive(Debug, Clone, Copy)]
-pub(in crate::solver) enum Expected {
+pub(crate) enum Expected {
     /// Force of the last equilibrium, of which the normal part is used; friction follows from the slip.
     AsLast(Vec3),
     /// Force predicted by the last correction.
@@ -59,7 +59,7 @@ pub(in crate::solver) enum Expected {
 
 /// State of a candidate in a saved increment.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(in crate::solver) struct SavedContact {
+pub(crate) struct SavedContact {
     active: bool,
     sliding: bool,
     patch: u32,
@@ -72,13 +72,13 @@ pub(in crate::solver) struct SavedContact {
 
 /// Normal and tangential force of a tool on a node [N]; zero without contact.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(in crate::solver) struct Force {
+pub(crate) struct Force {
     normal: [f64; 3],
     tangential: [f64; 3],
 }
 
 impl Force {
-    pub(in crate::solver) fn of(c: &Candidate, force: &Vec3) -> Self {
+    pub(crate) fn of(c: &Candidate, force: &Vec3) -> Self {
         if !c.active {
             return Self::default();
         }
@@ -86,11 +86,11 @@ impl Force {
         Self { normal: normal.into(), tangential: (force - normal).into() }
     }
 
-    pub(in crate::solver) fn normal(&self) -> Vec3 {
+    pub(crate) fn normal(&self) -> Vec3 {
         self.normal.into()
     }
 
-    pub(in crate::solver) fn tangential(&self) -> Vec3 {
+    pub(crate) fn tangential(&self) -> Vec3 {
         self.tangential.into()
     }
 
@@ -103,8 +103,8 @@ impl Force {
 
 /// All candidates, sorted by node and tool.
 #[derive(Debug, Clone)]
-pub(in crate::solver) struct ContactSet {
-    pub(in crate::solver) candidates: Vec<Candidate>,
+pub(crate) struct ContactSet {
+    pub(crate) candidates: Vec<Candidate>,
     saved: Vec<SavedContact>,
 }
 
@@ -177,7 +177,7 @@ impl Candidate {
     }
 
     /// Displacement of the node relative to the tool since the last equilibrium [mm]; zero without one.
-    pub(in crate::solver) fn relative_displacement(&self, x: &Vec3, tool: &Tool) -> Vec3 {
+    pub(crate) fn relative_displacement(&self, x: &Vec3, tool: &Tool) -> Vec3 {
         self.before.map_or_else(Vec3::zeros, |before| x - tool.shift() - before)
     }
 
@@ -194,7 +194,7 @@ impl Candidate {
 impl ContactSet {
     /// Candidates of every tool: the nodes of the faces it may touch. A hanging node has no contact condition: its masters
     /// carry the force between them.
-    pub(in crate::solver) fn new(mesh: &HexMesh, tools: &[Tool]) -> Self {
+    pub(crate) fn new(mesh: &HexMesh, tools: &[Tool]) -> Self {
         let mut pairs: Vec<(usize, usize)> = Vec::new();
         for (tool, t) in tools.iter().enumerate() {
             pairs.extend(t.setup.side.nodes(mesh).into_iter().map(|n| (n as usize, tool)));
@@ -210,13 +210,7 @@ impl ContactSet {
 
     /// Updates the foot points of all candidates of tools that are `present`. The search radius is `reach` [mm] plus
     /// the relative displacement.
-    pub(in crate::solver) fn search(
-        &mut self,
-        x: &[Vec3],
-        tools: &[Tool],
-        present: &[bool],
-        reach: f64,
-    ) {
+    pub(crate) fn search(&mut self, x: &[Vec3], tools: &[Tool], present: &[bool], reach: f64) {
         self.candidates.par_iter_mut().with_min_len(64).for_each(|c| {
             if present[c.tool] {
                 c.follow(&x[c.node], &tools[c.tool], reach);
@@ -226,7 +220,7 @@ impl ContactSet {
 
     /// Makes the current foot points the reference of the next increment. Friction has the given `transition` [mm]
     /// and `forces` at the candidates [N]. Forces up to `force_min` count as zero; without a force no slip is remembered.
-    pub(in crate::solver) fn commit(
+    pub(crate) fn commit(
         &mut self,
         x: &[Vec3],
         (tools, present): (&[Tool], &[bool]),
@@ -261,17 +255,17 @@ impl ContactSet {
     }
 
     /// Contact state and force of each candidate at the last commit.
-    pub(in crate::solver) fn before(&self) -> impl Iterator<Item = (bool, Force)> {
+    pub(crate) fn before(&self) -> impl Iterator<Item = (bool, Force)> {
         self.saved.iter().map(|saved| (saved.active, saved.force))
     }
 
     /// States of the last commit.
-    pub(in crate::solver) fn saved(&self) -> &[SavedContact] {
+    pub(crate) fn saved(&self) -> &[SavedContact] {
         &self.saved
     }
 
     /// Sets states saved by the same model; returns false if the number of candidates differs.
-    pub(in crate::solver) fn resume(&mut self, saved: &[SavedContact]) -> bool {
+    pub(crate) fn resume(&mut self, saved: &[SavedContact]) -> bool {
         if saved.len() != self.candidates.len() {
             return false;
         }
@@ -281,7 +275,7 @@ impl ContactSet {
     }
 
     /// Restores the states of the last commit.
-    pub(in crate::solver) fn restore(&mut self) {
+    pub(crate) fn restore(&mut self) {
         for (c, saved) in self.candidates.iter_mut().zip(&self.saved) {
             c.active = saved.active;
             c.sliding = saved.sliding;
@@ -298,7 +292,7 @@ impl ContactSet {
     }
 
     /// Candidates in contact with their indices.
-    pub(in crate::solver) fn active(&self) -> impl Iterator<Item = (usize, &Candidate)> {
+    pub(crate) fn active(&self) -> impl Iterator<Item = (usize, &Candidate)> {
         self.candidates.iter().enumerate().filter(|(_, c)| c.active)
     }
 }

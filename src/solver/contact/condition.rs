@@ -18,44 +18,44 @@
 //! The terms `k g dn` and `n (n . dR_t)` due to the rotation of the normal are omitted. They would make a node that
 //! has not reached the tool slide by an amount proportional to `k`.
 //!
-//! For comparison a spring may be placed between node and tool ([`crate::solver::limits::ContactMethod`]). `g` is
+//! For comparison a spring may be placed between node and tool ([`crate::limits::ContactMethod`]). `g` is
 //! then `g + (lambda - push) / stiffness` with a given force `push` (zero for the penalty method).
 
 use super::candidate::{Candidate, Expected};
 use super::frame::{Frame, Scales, frame};
 use super::held_friction::HeldFriction;
-use crate::contact::friction::{COULOMB_SLIP_RATIO, Coulomb, FrictionPoint, Slip};
-use crate::geometry::{Mat3, Vec3};
-use crate::solver::numbers::tolerances::ACCURACY_REL;
+use crate::numbers::tolerances::ACCURACY_REL;
+use kanagata_contact::friction::{COULOMB_SLIP_RATIO, Coulomb, FrictionPoint, Slip};
+use kanagata_geometry::{Mat3, Vec3};
 
 /// Conditions of one node: `a` multiplies its rows of the tangent, `b` its displacement.
 #[derive(Debug, Clone)]
-pub(in crate::solver) struct Condition {
-    pub(in crate::solver) node: usize,
+pub(crate) struct Condition {
+    pub(crate) node: usize,
     /// Candidate in contact, if any.
-    pub(in crate::solver) candidate: Option<usize>,
-    pub(in crate::solver) a: Mat3,
-    pub(in crate::solver) b: Mat3,
+    pub(crate) candidate: Option<usize>,
+    pub(crate) a: Mat3,
+    pub(crate) b: Mat3,
     /// Part of `b` that multiplies the displacement relative to the tool.
-    pub(in crate::solver) b_tool: Mat3,
-    pub(in crate::solver) residual: Vec3,
+    pub(crate) b_tool: Mat3,
+    pub(crate) residual: Vec3,
     /// Residual force (equilibrium, Coulomb's law) [N], without the scaled lengths.
-    pub(in crate::solver) force: Vec3,
+    pub(crate) force: Vec3,
     /// Violation of the gap and stick conditions [mm].
-    pub(in crate::solver) length: f64,
+    pub(crate) length: f64,
     /// Contact normal used.
-    pub(in crate::solver) normal: Vec3,
+    pub(crate) normal: Vec3,
     /// Slip exceeds the slip that friction remembers.
-    pub(in crate::solver) slipping: bool,
+    pub(crate) slipping: bool,
     /// The node sticks according to the law without transition.
-    pub(in crate::solver) stuck: bool,
+    pub(crate) stuck: bool,
     /// Friction in the constrained directions of the node.
-    pub(in crate::solver) held: Option<HeldFriction>,
+    pub(crate) held: Option<HeldFriction>,
 }
 
 /// Tangential stiffness of contact at `p` with the tool force `r` [N/mm]: curvature of the surface, and derivative of
 /// friction by the slip.
-pub(in crate::solver) fn resistance(
+pub(crate) fn resistance(
     c: &Candidate,
     p: &Vec3,
     r: &Vec3,
@@ -79,7 +79,7 @@ pub(in crate::solver) fn resistance(
 /// Conditions of a node in contact. `p` is its position in the frame of the tool, `r` the force at the node, `free`
 /// the projector onto its free directions. `idle`: no tool pushes the sheet yet. `None` if the normal lies outside
 /// the free directions.
-pub(in crate::solver) fn touching(
+pub(crate) fn touching(
     c: &Candidate,
     p: &Vec3,
     r: &Vec3,
@@ -170,13 +170,6 @@ impl Condition {
     }
 }
 
-impl Coulomb {
-    /// Law in terms of the part of the normal force in the free directions, which is the fraction `normal_fraction`.
-    fn with_normal_fraction(self, normal_fraction: f64) -> Self {
-        Self { mu: self.mu / normal_fraction, ..self }
-    }
-}
-
 /// Whether friction up to `bound` [N] holds a node that slid and has not moved since. A node that slid until the last
 /// equilibrium has the Coulomb force within [`ACCURACY_REL`], and a node that has just come into contact may have none. Without a
 /// tolerance rounding would decide on stick or slip.
@@ -236,14 +229,14 @@ fn slip_stiffness(force: f64, slip: f64, mesh: f64) -> f64 {
 }
 
 /// Adds the constrained directions of a node to its condition: `k (u - held) = 0`.
-pub(in crate::solver) fn hold(out: &mut Condition, free: &Mat3, offset: &Vec3, scales: Scales) {
+pub(crate) fn hold(out: &mut Condition, free: &Mat3, offset: &Vec3, scales: Scales) {
     let held = Mat3::identity() - free;
     out.b += held * scales.normal;
     out.residual += held * offset * scales.normal;
 }
 
 /// Condition of a node without contact: equilibrium in its free directions.
-pub(in crate::solver) fn untouched(node: usize, r: &Vec3, free: &Mat3) -> Condition {
+pub(crate) fn untouched(node: usize, r: &Vec3, free: &Mat3) -> Condition {
     let force = free * r;
     Condition {
         node,

@@ -3,12 +3,12 @@
 
 use super::candidate::Candidate;
 use super::frame::{Frame, Scales, frame};
-use crate::contact::friction::{Coulomb, Slip};
-use crate::geometry::{Mat3, Vec3};
+use kanagata_contact::friction::{Coulomb, Slip};
+use kanagata_geometry::{Mat3, Vec3};
 
 /// Friction in constrained directions, linearised as in the free directions.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::solver) struct HeldFriction {
+pub(crate) struct HeldFriction {
     /// Force of the linearised law at the iterate [N].
     linear: Vec3,
     /// Derivative with respect to the normal force.
@@ -20,7 +20,7 @@ pub(in crate::solver) struct HeldFriction {
 impl HeldFriction {
     /// From the response of the law at a node with normal force `lambda` [N]; `None` if no constrained direction is a
     /// tangent of the tool.
-    pub(in crate::solver) fn of(response: &Slip, frame: &Frame, lambda: f64) -> Option<Self> {
+    pub(crate) fn of(response: &Slip, frame: &Frame, lambda: f64) -> Option<Self> {
         let Slip { by_lambda, by_slip, .. } = response;
         let by_lambda = frame.across * by_lambda * -1.0;
         let slides = frame.tangent + frame.across;
@@ -30,24 +30,19 @@ impl HeldFriction {
     }
 
     /// Change for a change `force` [N] of the nodal force and a relative displacement `relative_displacement` [mm].
-    pub(in crate::solver) fn change(
-        &self,
-        normal: &Vec3,
-        force: &Vec3,
-        relative_displacement: &Vec3,
-    ) -> Vec3 {
+    pub(crate) fn change(&self, normal: &Vec3, force: &Vec3, relative_displacement: &Vec3) -> Vec3 {
         self.by_lambda * normal.dot(force) + self.by_slip * relative_displacement
     }
 
     /// Difference between the linearised law and the given `force` [N] of the law at the iterate.
-    pub(in crate::solver) fn missing(&self, force: &Vec3) -> Vec3 {
+    pub(crate) fn missing(&self, force: &Vec3) -> Vec3 {
         self.linear - force
     }
 }
 
 /// Friction in the constrained directions of a node [N]. `p` is its position in the frame of the tool, `force` the
 /// part of the tool force in its free directions.
-pub(in crate::solver) fn held_friction(
+pub(crate) fn held_friction(
     c: &Candidate,
     p: &Vec3,
     force: &Vec3,

@@ -3,7 +3,7 @@
 use super::DOFS;
 use super::kernels::{self, Row};
 use super::shape::PointGeometry;
-use crate::solver::numbers::tensor::{self, Mandel, PAIRS};
+use crate::numbers::tensor::{self, Mandel, PAIRS};
 
 /// Deformation gradient `F = 1 + u_a ⊗ ∇N_a`, by rows. `Err(det F)` unless the determinant is positive and finite.
 #[inline(always)]

@@ -1,7 +1,7 @@
 //! Input and output of an element evaluation.
 
-use crate::geometry::Vec3;
-use crate::solver::material::{Material, MaterialError};
+use crate::material::{Material, MaterialError};
+use kanagata_geometry::Vec3;
 
 /// Degrees of freedom of an element: 8 nodes, 3 displacements each, node by node.
 pub const DOFS: usize = 24;

@@ -7,9 +7,9 @@
 use super::modes::{Mode, ModeResidual, ModeSums};
 use super::shape::{PointGeometry, gauss_2x2x2, jacobian};
 use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, compatible};
-use crate::solver::material::log_strain::{self, Responses};
-use crate::solver::numbers::lanes::{Eight, POINTS};
-use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
+use crate::material::log_strain::{self, Responses};
+use crate::numbers::lanes::{Eight, POINTS};
+use crate::numbers::tensor::{self, Mandel, Mandel66};
 
 /// Number of enhanced modes.
 pub(crate) const MODE_COUNT: usize = 12;

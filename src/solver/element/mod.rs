@@ -27,7 +27,7 @@ pub use kind::ElementKind;
 pub use shape::{PointGeometry, ReferenceCheck, reference_points};
 
 pub(crate) use rotation::rotation;
-pub(crate) use shape::natural_coordinates;
+pub use shape::natural_coordinates;
 
 impl ElementKind {
     /// Evaluates force, tangent and energies of one element.

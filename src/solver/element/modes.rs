@@ -11,7 +11,7 @@
 
 use super::kernels;
 use super::{DOFS, ElementMatrices, FailureReason, PointFailure, Want};
-use crate::solver::numbers::tensor::Mandel66;
+use crate::numbers::tensor::Mandel66;
 
 /// Maximum change of the mode strain (norm) in one iterate.
 const MODE_STRAIN_CHANGE_MAX: f64 = 0.1;

@@ -12,7 +12,7 @@ use pulp::Simd;
 
 use super::shape::PointGeometry;
 use super::{DOFS, kernels::Row};
-use crate::solver::numbers::lanes::{Eight, Lane};
+use crate::numbers::lanes::{Eight, Lane};
 
 /// Nine components `iJ` at eight points.
 pub(crate) type Nine = [Eight; 9];

@@ -2,7 +2,7 @@
 
 use super::kind::ElementKind;
 use super::shape::{gauss_2x2x2, jacobian};
-use crate::geometry::{Mat3, Vec3};
+use kanagata_geometry::{Mat3, Vec3};
 
 impl ElementKind {
     /// Natural coordinates of the points, in their order; `rule` is [`Self::thickness_rule`].
@@ -62,7 +62,7 @@ fn bisector_frame(a: &Vec3, b: &Vec3) -> Option<Mat3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::element::shape::CORNERS;
+    use crate::element::shape::CORNERS;
 
     /// `F = R U` of an oblique element: the rotation is found at every point.
     #[test]

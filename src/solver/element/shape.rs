@@ -1,6 +1,6 @@
 //! Trilinear shape functions and the reference geometry of integration points.
 
-use crate::geometry::{Mat3, Vec3};
+use kanagata_geometry::{Mat3, Vec3};
 
 /// Natural coordinates (±1) of the eight nodes.
 pub(crate) const CORNERS: [[f64; 3]; 8] = [
@@ -60,7 +60,7 @@ fn jacobian_at(nodes: &[Vec3; 8], gradient: &[[f64; 8]; 3]) -> Mat3 {
 
 /// Natural coordinates of the point `x`, by Newton's method. `None` if the iteration leaves [`XI_MAX`] or does not
 /// converge.
-pub(crate) fn natural_coordinates(nodes: &[Vec3; 8], x: &Vec3) -> Option<Vec3> {
+pub fn natural_coordinates(nodes: &[Vec3; 8], x: &Vec3) -> Option<Vec3> {
     const ITERATIONS_MAX: usize = 12;
     const XI_MAX: f64 = 10.0;
     let mut xi = Vec3::zeros();

@@ -4,8 +4,8 @@ use faer::prelude::*;
 use faer::sparse::{SparseColMat, Triplet};
 
 use super::Want;
-use crate::solver::assembly::Body;
-use crate::solver::assembly::Evaluation;
+use crate::assembly::Body;
+use crate::assembly::Evaluation;
 
 /// Boundary conditions and dead loads.
 #[derive(Debug, Clone, Default)]

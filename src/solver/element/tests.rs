@@ -1,6 +1,6 @@
 //! Claims about the elements.
 
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 use std::sync::Arc;
 
 use super::super::material::elastic::Elastic;
@@ -8,11 +8,11 @@ use super::super::material::hardening::Hardening;
 use super::super::material::hill48::Hill48;
 use super::super::material::plastic::{Backstress, Plastic};
 use super::*;
-use crate::geometry::Mat3;
-use crate::solver::assembly::Body;
-use crate::solver::assembly::Evaluation;
-use crate::solver::material::Material;
-use crate::solver::sheet::hex_mesh::{self, HexMesh};
+use crate::assembly::Body;
+use crate::assembly::Evaluation;
+use crate::material::Material;
+use crate::sheet::hex_mesh::{self, HexMesh};
+use kanagata_geometry::Mat3;
 
 fn steel() -> Arc<dyn Material> {
     Arc::new(Elastic { young: 210_000.0, poisson: 0.3 })

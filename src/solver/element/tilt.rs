@@ -28,7 +28,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::kernels::Row;
 use super::{DOFS, ElementInput, ElementMatrices, Want, compatible};
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// One value for each pattern, and a symmetric matrix over the patterns.
 type Strains = Vector6<f64>;
@@ -204,10 +204,10 @@ pub(crate) fn stabilise(input: &ElementInput<'_>, new: &mut [f64], out: &mut Ele
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Mat3;
-    use crate::solver::element::{ElementKind, reference_points};
-    use crate::solver::material::Material;
-    use crate::solver::material::card;
+    use crate::element::{ElementKind, reference_points};
+    use crate::material::Material;
+    use crate::material::card;
+    use kanagata_geometry::Mat3;
 
     const SHELL: ElementKind = ElementKind::SolidShell { points: 5, membrane: true };
 

@@ -2,16 +2,16 @@
 //! restored.
 
 use super::loose_sheet::{Way, carry, reposition};
-use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
-use crate::solver::newton::solve::solve;
-use crate::solver::stage::energy::add_work;
-use crate::solver::stage::plan::Plan;
-use crate::solver::stage::start::{add_loads, set_targets};
-use crate::solver::stage::state::{Committed, Simulation};
-use crate::solver::system::system::System;
+use crate::newton::outcome::{NewtonError, NewtonStats, Patience};
+use crate::newton::solve::solve;
+use crate::stage::energy::add_work;
+use crate::stage::plan::Plan;
+use crate::stage::start::{add_loads, set_targets};
+use crate::stage::state::{Committed, Simulation};
+use crate::system::system::System;
 
 /// Solves the increment between two fractions of the stage; the caller accepts or restores the state.
-pub(in crate::solver) fn attempt(
+pub(crate) fn attempt(
     sim: &mut Simulation,
     plan: &Plan,
     [share, target]: [f64; 2],
@@ -93,7 +93,7 @@ fn predict(sys: &mut System, committed: &Committed, step: f64) -> Option<f64> {
 
 /// Makes the current iterate the last converged state; `step` is the fraction of the stage that led to it, for the
 /// predictor. Returns whether a snap-through occurred.
-pub(in crate::solver) fn accept(sim: &mut Simulation, step: Option<f64>) -> bool {
+pub(crate) fn accept(sim: &mut Simulation, step: Option<f64>) -> bool {
     let forces = sim.sys.candidate_forces();
     let jumped = add_work(sim, &forces);
     let sys = &mut sim.sys;
@@ -111,7 +111,7 @@ pub(in crate::solver) fn accept(sim: &mut Simulation, step: Option<f64>) -> bool
 }
 
 /// Moves a sheet without tools and loads to the position closest to that at the start of the stage.
-pub(in crate::solver) fn place_at_rest(sim: &mut Simulation, plan: &Plan) {
+pub(crate) fn place_at_rest(sim: &mut Simulation, plan: &Plan) {
     if plan.is_free() && sim.sys.is_without_loads() {
         sim.sys.move_closest_to(&plan.unsupported);
         sim.committed = Committed::of(&sim.sys);
@@ -119,7 +119,7 @@ pub(in crate::solver) fn place_at_rest(sim: &mut Simulation, plan: &Plan) {
 }
 
 /// Restores the last converged state.
-pub(in crate::solver) fn restore(sim: &mut Simulation) {
+pub(crate) fn restore(sim: &mut Simulation) {
     let (sys, old) = (&mut sim.sys, &sim.committed);
     sys.regime.release();
     sys.body.restore();

@@ -2,21 +2,21 @@
 
 use super::attempt::{accept, attempt, place_at_rest, restore};
 use super::limit_point::relax;
-use crate::solver::error::SimulationError;
-use crate::solver::newton::outcome::{NewtonStats, Patience};
-use crate::solver::remedy::gave_up;
-use crate::solver::report::{Control, IncrementReport};
-use crate::solver::stage::branch::{BRANCH_STEP_FACTOR, Doubt, Found, LIMIT_POINT_STEP_RATIO};
-use crate::solver::stage::description::Stage;
-use crate::solver::stage::energy::{jumps, released_forces_work};
-use crate::solver::stage::increment_error::{AllowedError, increment_error};
-use crate::solver::stage::start::{begin, release_tools};
-use crate::solver::stage::state::{Simulation, UnderWay};
-use crate::solver::stage::step_size::{Endurance, Pace};
-use crate::solver::system::damping::CONTINUATION_ITERATIONS_MAX;
+use crate::error::SimulationError;
+use crate::newton::outcome::{NewtonStats, Patience};
+use crate::remedy::gave_up;
+use crate::report::{Control, IncrementReport};
+use crate::stage::branch::{BRANCH_STEP_FACTOR, Doubt, Found, LIMIT_POINT_STEP_RATIO};
+use crate::stage::description::Stage;
+use crate::stage::energy::{jumps, released_forces_work};
+use crate::stage::increment_error::{AllowedError, increment_error};
+use crate::stage::start::{begin, release_tools};
+use crate::stage::state::{Simulation, UnderWay};
+use crate::stage::step_size::{Endurance, Pace};
+use crate::system::damping::CONTINUATION_ITERATIONS_MAX;
 
 /// Computes one increment and starts the next stage when one has ended; returns false when all stages are done.
-pub(in crate::solver) fn advance(
+pub(crate) fn advance(
     sim: &mut Simulation,
     observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
 ) -> Result<bool, SimulationError> {

@@ -7,21 +7,21 @@
 //! followed again.
 
 use super::attempt::{accept, attempt, restore};
-use crate::geometry::{Aabb, Vec3};
-use crate::solver::element::Want;
-use crate::solver::limits::easy_iterations;
-use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
-use crate::solver::numbers::tolerances::NEGLIGIBLE_REL;
-use crate::solver::stage::energy::jumps;
-use crate::solver::stage::plan::Plan;
-use crate::solver::stage::state::{Committed, Simulation};
-use crate::solver::stage::step_size::Endurance;
-use crate::solver::system::damper::Damper;
-use crate::solver::system::damping::{Continuation, Rules, STIFFNESS_FACTOR};
-use crate::solver::system::regime::Stabilisation;
-use crate::solver::system::softest_motion::{Push, SUBSPACE_SIZE};
-use crate::solver::system::system::System;
-use crate::solver::tools::role::Role;
+use crate::element::Want;
+use crate::limits::easy_iterations;
+use crate::newton::outcome::{NewtonError, NewtonStats, Patience};
+use crate::numbers::tolerances::NEGLIGIBLE_REL;
+use crate::stage::energy::jumps;
+use crate::stage::plan::Plan;
+use crate::stage::state::{Committed, Simulation};
+use crate::stage::step_size::Endurance;
+use crate::system::damper::Damper;
+use crate::system::damping::{Continuation, Rules, STIFFNESS_FACTOR};
+use crate::system::regime::Stabilisation;
+use crate::system::softest_motion::{Push, SUBSPACE_SIZE};
+use crate::system::system::System;
+use crate::tools::role::Role;
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Maximum iterations of a step of a viscous motion. A step that needs more is too long; a stiffer one follows the motion
 /// more closely.
@@ -34,7 +34,7 @@ const STEP_ITERATIONS_MAX: usize = 12;
 ///
 /// # Errors
 /// [`NewtonError::StillMoving`]; the last converged state is restored. `sim.history` must be empty on entry.
-pub(in crate::solver) fn relax(
+pub(crate) fn relax(
     sim: &mut Simulation,
     plan: &Plan,
     (from, target): (Option<f64>, f64),

@@ -10,17 +10,17 @@
 //! position until they carry nothing: the accepted equilibrium contains none. A sheet that is pressed, with forces
 //! far above those of the dampers, is treated as any other from the last equilibrium.
 
-use crate::solver::contact::candidate::{Candidate, Force};
-use crate::solver::element::Want;
-use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
-use crate::solver::newton::solve::solve;
-use crate::solver::numbers::tolerances::ROUNDING_REL;
-use crate::solver::sheet::rigid_motions::unsupported;
-use crate::solver::stage::state::Simulation;
-use crate::solver::system::damper::Damper;
-use crate::solver::system::regime::Stabilisation;
-use crate::solver::system::system::System;
-use crate::solver::tools::role::Role;
+use crate::contact::candidate::{Candidate, Force};
+use crate::element::Want;
+use crate::newton::outcome::{NewtonError, NewtonStats, Patience};
+use crate::newton::solve::solve;
+use crate::numbers::tolerances::ROUNDING_REL;
+use crate::sheet::rigid_motions::unsupported;
+use crate::stage::state::Simulation;
+use crate::system::damper::Damper;
+use crate::system::regime::Stabilisation;
+use crate::system::system::System;
+use crate::tools::role::Role;
 
 /// Damper stiffness of a node over the stiffness of the mesh: forces are above rounding, and the bending of the sheet
 /// is negligible.
@@ -37,7 +37,7 @@ const PRESSED_FORCE_RATIO: f64 = 30.0;
 const FAR_TRAVEL_RATIO: f64 = 5.0;
 
 /// Result of the motion of an unconstrained sheet.
-pub(in crate::solver) enum Way {
+pub(crate) enum Way {
     /// Equilibrium at the position to which the tools have moved the sheet.
     Carried(NewtonStats),
     /// The tools press the sheet.
@@ -50,7 +50,7 @@ pub(in crate::solver) enum Way {
 
 impl System {
     /// Whether the sheet is unconstrained and loaded only by tools with prescribed travel.
-    pub(in crate::solver) fn is_loose(&self) -> bool {
+    pub(crate) fn is_loose(&self) -> bool {
         let pushes = |role: &Role| !matches!(role, Role::Absent | Role::Travel);
         let by_tools = self.has_tools() && !self.roles.iter().any(pushes);
         if self.regime.is_stabilised() || !self.is_without_loads() || !by_tools {
@@ -60,18 +60,18 @@ impl System {
     }
 
     /// Whether no tool pushed the sheet at the last equilibrium.
-    pub(in crate::solver) fn was_idle(&self) -> bool {
+    pub(crate) fn was_idle(&self) -> bool {
         let rests = |force: Force| self.scales.of_note(force.normal().norm()) == 0.0;
         self.contact.before().all(|(_, force)| rests(force))
     }
 
     /// Forces due to rounding of nodal positions [N].
-    pub(in crate::solver) fn rounding_of_forces(&self) -> f64 {
+    pub(crate) fn rounding_of_forces(&self) -> f64 {
         8.0 * f64::EPSILON * self.lengths.farthest * self.scales.normal
     }
 
     /// Whether no tool pushes the sheet by more than rounding.
-    pub(in crate::solver) fn is_idle(&self) -> bool {
+    pub(crate) fn is_idle(&self) -> bool {
         self.contact.active().all(|(k, _)| self.scales.of_note(self.lambda(k)) <= 0.0)
     }
 
@@ -101,7 +101,7 @@ impl System {
 /// Friction acts only if the motion is large, between two tools, and if an equilibrium with friction is found.
 /// `again` restores the state on entry. The final state is an equilibrium for [`Way::Carried`] and must be restored
 /// otherwise.
-pub(in crate::solver) fn carry(
+pub(crate) fn carry(
     sim: &mut Simulation,
     patience: Patience,
     again: &mut dyn FnMut(&mut Simulation),
@@ -132,9 +132,7 @@ pub(in crate::solver) fn carry(
 /// Repositions an unconstrained sheet that loses its last contact force in an increment, independent of the iterates.
 /// It is moved to the position closest to the last one, then out of the path of its tools. `None` if
 /// no equilibrium is found; the state on entry is then restored.
-pub(in crate::solver) fn reposition(
-    sim: &mut Simulation,
-) -> Result<Option<NewtonStats>, NewtonError> {
+pub(crate) fn reposition(sim: &mut Simulation) -> Result<Option<NewtonStats>, NewtonError> {
     let sys = &mut sim.sys;
     let (u, contact) = (sys.u.clone(), sys.contact.clone());
     sys.move_closest_to(&sim.committed.u);

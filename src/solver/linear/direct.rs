@@ -8,7 +8,7 @@ use faer::{Conj, MatMut};
 use super::multifrontal::{Factors, PatternRef, Singular, SparseRow, Symbolic};
 use super::pattern::Pattern;
 use super::{Groups, LinearError, LinearSolver};
-use crate::cancel::Cancel;
+use kanagata_cancel::Cancel;
 
 /// Multifrontal LU (see [`super::multifrontal`]).
 #[derive(Debug, Default)]

@@ -14,9 +14,9 @@ pub use refine::CheckedSolver;
 pub use rows::NodeRows;
 pub use update::ChangedRows;
 
-use crate::cancel::Cancel;
-use crate::geometry::Vec3;
-use crate::solver::linear::pattern::Pattern;
+use crate::linear::pattern::Pattern;
+use kanagata_cancel::Cancel;
+use kanagata_geometry::Vec3;
 
 /// Unknowns that are eliminated together and the position of each group: input of nested dissection.
 #[derive(Debug, Clone, Default, PartialEq)]

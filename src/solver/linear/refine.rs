@@ -6,7 +6,7 @@ use super::pattern::Pattern;
 use super::rows::NodeRows;
 use super::update::{ChangedRows, Update};
 use super::{Groups, LinearError, LinearSolver, MultifrontalLu, SparseLu};
-use crate::cancel::Cancel;
+use kanagata_cancel::Cancel;
 
 /// Direct solvers in order of preference; the first one that meets the accuracy is used.
 pub struct CheckedSolver {

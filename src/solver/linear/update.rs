@@ -117,8 +117,8 @@ fn columns_of(pattern: &Pattern, row: usize) -> &[usize] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Vec3;
-    use crate::solver::linear::{CheckedSolver, Groups};
+    use crate::linear::{CheckedSolver, Groups};
+    use kanagata_geometry::Vec3;
 
     /// Five-point grid, unsymmetric, with the solver that holds its factors.
     fn grid(n: usize) -> (Pattern, Vec<f64>, Groups) {

@@ -9,8 +9,8 @@ use nalgebra::SMatrix;
 
 use super::law::HistoryLayout;
 use super::law::{LogResponse, LogResponses, Material, MaterialError, update_single};
-use crate::solver::numbers::lanes::Eight;
-use crate::solver::numbers::tensor::Mandel;
+use crate::numbers::lanes::Eight;
+use crate::numbers::tensor::Mandel;
 
 /// Outward strain step over the elastic strain: points within this distance of the yield surface take the plastic
 /// tangent.
@@ -75,7 +75,7 @@ impl Material for AtYield {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::material::card;
+    use crate::material::card;
 
     #[test]
     fn a_point_that_came_back_by_a_hair_flows_and_one_well_within_does_not() {

@@ -9,8 +9,8 @@
 //! Kirchhoff stress (Hoger 1987, Int. J. Solids Structures 23, 1645-1656).
 
 use super::law::LogState;
-use crate::geometry::Mat3;
-use crate::solver::numbers::tensor;
+use crate::numbers::tensor;
+use kanagata_geometry::Mat3;
 
 /// A state without its rotation `R`: the deformation gradient is `F = R U`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,9 +52,9 @@ fn over_sinh(d: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::material::log_strain;
-    use crate::solver::material::{LogResponse, card};
-    use crate::solver::numbers::tensor::{Mandel, from_matrix};
+    use crate::material::log_strain;
+    use crate::material::{LogResponse, card};
+    use crate::numbers::tensor::{Mandel, from_matrix};
 
     /// The Cauchy stress `F S Fᵀ / J` of the second Piola-Kirchhoff stress that the elements use, for strains whose
     /// axes are not those of the stress.

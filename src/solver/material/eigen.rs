@@ -2,8 +2,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
-use crate::solver::numbers::tensor::Mandel;
+use crate::numbers::lanes::{Eight, Lane, POINTS};
+use crate::numbers::tensor::Mandel;
 
 /// Eigenvalues, and eigenvectors in the columns.
 pub(super) type Eigen = ([f64; 3], [[f64; 3]; 3]);
@@ -108,8 +108,8 @@ fn rotate<S: Simd>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::numbers::algebra::congruence;
-    use crate::solver::numbers::tensor;
+    use crate::numbers::algebra::congruence;
+    use crate::numbers::tensor;
 
     /// Eigenvalues, in any order, and the tensors that they make with their vectors.
     fn assert_same(one: &Eigen, two: &Eigen) {

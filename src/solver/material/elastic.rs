@@ -2,7 +2,7 @@
 
 use super::error::MaterialDataError;
 use super::law::{LogResponse, Material, MaterialError};
-use crate::solver::numbers::tensor::{Mandel, Mandel66, dot};
+use crate::numbers::tensor::{Mandel, Mandel66, dot};
 
 /// Isotropic elastic constants.
 #[derive(Debug, Clone, Copy, PartialEq)]

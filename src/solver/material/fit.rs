@@ -1,7 +1,7 @@
 //! Least-squares fit of hardening laws to a measured flow curve, which is noisy and may decrease.
 
 use super::hardening::Hardening;
-use crate::geometry::golden::minimize;
+use kanagata_geometry::golden::minimize;
 
 /// A hardening law and its deviation from the curve.
 #[derive(Debug, Clone, PartialEq)]

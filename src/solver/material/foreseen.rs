@@ -10,8 +10,8 @@ use std::sync::Arc;
 use super::law::{
     HistoryLayout, LogResponse, LogResponses, Material, MaterialError, update_single,
 };
-use crate::solver::numbers::lanes::Eight;
-use crate::solver::numbers::tensor::{Mandel, Mandel66};
+use crate::numbers::lanes::Eight;
+use crate::numbers::tensor::{Mandel, Mandel66};
 
 /// Law linearised at the strains `E*`, which the histories hold in place of the last strains.
 #[derive(Debug)]
@@ -83,8 +83,8 @@ impl Material for Foreseen {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::material::card;
-    use crate::solver::numbers::lanes::POINTS;
+    use crate::material::card;
+    use crate::numbers::lanes::POINTS;
 
     /// A yielding point of mild steel, with the predicted strain in its history.
     fn predicted() -> (Arc<dyn Material>, Vec<f64>, Mandel) {

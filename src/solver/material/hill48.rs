@@ -4,7 +4,7 @@
 //! The five deviatoric eigenvectors `v_i` of `P` are also eigenvectors of isotropic elasticity, which reduces the
 //! return mapping to one scalar equation.
 
-use crate::solver::numbers::tensor::Mandel;
+use crate::numbers::tensor::Mandel;
 
 /// Hill's parameters, dimensionless; axes 1 rolling, 2 transverse, 3 thickness.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -181,7 +181,7 @@ pub(super) const ISOTROPY_TOLERANCE_REL: f64 = 1e-9;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::numbers::tensor::dot;
+    use crate::numbers::tensor::dot;
 
     const PAPER: Hill48 = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.5, m: 1.5, n: 1.29 };
 

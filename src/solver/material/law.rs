@@ -1,7 +1,7 @@
 //! Interface of a material law: stress, tangent and history of a point.
 
-use crate::solver::numbers::lanes::{Eight, POINTS};
-use crate::solver::numbers::tensor::{Mandel, Mandel66};
+use crate::numbers::lanes::{Eight, POINTS};
+use crate::numbers::tensor::{Mandel, Mandel66};
 
 /// Response of a material law at a point, in logarithmic strain space.
 #[derive(Debug, Clone, Copy)]
@@ -61,7 +61,7 @@ impl LogResponses {
         }
     }
 
-    pub(in crate::solver) fn set_point(&mut self, point: usize, one: &LogResponse) {
+    pub(crate) fn set_point(&mut self, point: usize, one: &LogResponse) {
         self.stress.iter_mut().zip(one.stress).for_each(|(to, from)| to[point] = from);
         let tangents = self.tangent.as_flattened_mut().iter_mut().zip(one.tangent.as_flattened());
         tangents.for_each(|(to, from)| to[point] = *from);

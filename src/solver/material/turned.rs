@@ -4,10 +4,10 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::law::{LogResponse, LogResponses, Material, MaterialError, update_single};
-use crate::geometry::Mat3;
-use crate::solver::numbers::algebra::{rotate, rotate_back};
-use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
-use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
+use crate::numbers::algebra::{rotate, rotate_back};
+use crate::numbers::lanes::{Eight, Lane, POINTS};
+use crate::numbers::tensor::{self, Mandel, Mandel66};
+use kanagata_geometry::Mat3;
 
 /// Law evaluated in global axes that computes in its own axes.
 #[derive(Debug)]
@@ -112,7 +112,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::solver::material::card;
+    use crate::material::card;
 
     /// The rolling direction at an angle in the plane: by the law itself, or by axes rotated about its normal.
     #[test]

@@ -2,7 +2,7 @@
 
 use super::hill48::{Hill48, Hill48Error, Spectrum};
 use super::yld2004::{Derivatives, Yld2004, Yld2004Error};
-use crate::solver::numbers::tensor::{Mandel, Mandel66};
+use crate::numbers::tensor::{Mandel, Mandel66};
 
 /// Yield criterion `σ̄(T)`, scaled so that tension along the rolling direction gives the stress itself.
 #[derive(Debug, Clone)]
@@ -67,7 +67,7 @@ impl YieldFunction {
     pub fn r_value(&self, angle: f64) -> f64 {
         let n = self.derivatives(&tension(angle)).gradient;
         let across = tension(angle + std::f64::consts::FRAC_PI_2);
-        crate::solver::numbers::tensor::dot(&n, &across) / n[2]
+        crate::numbers::tensor::dot(&n, &across) / n[2]
     }
 
     /// Yield stress in tension at `angle` [rad] over that along the rolling direction.

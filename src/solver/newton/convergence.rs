@@ -1,15 +1,15 @@
 //! Convergence criterion of the Newton iteration, and the record of an iteration.
 
 use super::record::IterationRecord;
-use crate::geometry::Vec3;
-use crate::solver::limits::Limits;
-use crate::solver::numbers::tolerances::NEGLIGIBLE_REL;
-use crate::solver::system::correction::Correction;
-use crate::solver::system::system::{Residual, System};
+use crate::limits::Limits;
+use crate::numbers::tolerances::NEGLIGIBLE_REL;
+use crate::system::correction::Correction;
+use crate::system::system::{Residual, System};
+use kanagata_geometry::Vec3;
 
 /// Whether residual forces and gaps are within their tolerances. `stagnates`: the norms of the last corrections did
 /// not halve.
-pub(in crate::solver) fn is_settled(
+pub(crate) fn is_settled(
     sys: &System,
     residual: &Residual,
     last: Option<&Correction>,
@@ -50,11 +50,11 @@ fn largest_move(correction: &Correction) -> f64 {
 }
 
 /// Norm of the displacements of a correction [mm].
-pub(in crate::solver) fn size(correction: &Correction) -> f64 {
+pub(crate) fn size(correction: &Correction) -> f64 {
     correction.u.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
-pub(in crate::solver) fn record(
+pub(crate) fn record(
     sys: &System,
     residual: &Residual,
     last: Option<&Correction>,

@@ -9,16 +9,16 @@
 //! weaker forces, until they are removed. Only an equilibrium without viscous forces is accepted.
 
 use super::record::{IterationRecord, STAGNATION_RATIO};
-use crate::solver::assembly::ElementFailure;
-use crate::solver::element::Want;
-use crate::solver::numbers::tolerances::{NEAR_EQUILIBRIUM_REL, ROUNDING_REL};
-use crate::solver::system::damper::Damper;
-use crate::solver::system::damping::{CONTINUATION_ITERATIONS_MAX, Continuation, Rules};
-use crate::solver::system::system::System;
+use crate::assembly::ElementFailure;
+use crate::element::Want;
+use crate::numbers::tolerances::{NEAR_EQUILIBRIUM_REL, ROUNDING_REL};
+use crate::system::damper::Damper;
+use crate::system::damping::{CONTINUATION_ITERATIONS_MAX, Continuation, Rules};
+use crate::system::system::System;
 
 /// Detects cycling and controls viscous stabilisation in one increment.
 #[derive(Debug, Default)]
-pub(in crate::solver) struct Stabiliser {
+pub(crate) struct Stabiliser {
     /// Active sets and residuals of iterates near equilibrium since viscous forces were last set or removed.
     active_sets: Vec<(Vec<usize>, f64)>,
     /// Iteration in which viscous forces were first set.
@@ -31,7 +31,7 @@ pub(in crate::solver) struct Stabiliser {
 
 impl Stabiliser {
     /// Whether the active set has occurred before and was changed since or is wrong.
-    pub(in crate::solver) fn cycles(&mut self, sys: &System, now: &IterationRecord) -> bool {
+    pub(crate) fn cycles(&mut self, sys: &System, now: &IterationRecord) -> bool {
         if now.residual > NEAR_EQUILIBRIUM_REL {
             return false;
         }
@@ -48,14 +48,14 @@ impl Stabiliser {
     }
 
     /// Whether viscous forces may be set or set again after `iterations`.
-    pub(in crate::solver) fn may_stabilise(&self, iterations: usize) -> bool {
+    pub(crate) fn may_stabilise(&self, iterations: usize) -> bool {
         self.first_iteration.is_none_or(|first_iteration| {
             iterations < first_iteration + CONTINUATION_ITERATIONS_MAX
         })
     }
 
     /// Whether viscous forces were set in this increment.
-    pub(in crate::solver) fn has_stabilised(&self) -> bool {
+    pub(crate) fn has_stabilised(&self) -> bool {
         self.first_iteration.is_some()
     }
 
@@ -64,7 +64,7 @@ impl Stabiliser {
     ///
     /// # Errors
     /// [`ElementFailure`] if an element cannot be evaluated.
-    pub(in crate::solver) fn stabilise(
+    pub(crate) fn stabilise(
         &mut self,
         sys: &mut System,
         iterations: usize,
@@ -90,7 +90,7 @@ impl Stabiliser {
     ///
     /// # Errors
     /// [`ElementFailure`] if an element cannot be evaluated.
-    pub(in crate::solver) fn weaken(
+    pub(crate) fn weaken(
         &mut self,
         sys: &mut System,
         iterations: usize,

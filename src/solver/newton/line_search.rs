@@ -5,10 +5,10 @@
 //! `G(s) = du . R(u + s du)`, is the slope of the incremental energy: negative at its start and zero at the optimal
 //! step. The full correction is tried first; if it is acceptable, no evaluation is repeated.
 
-use crate::solver::assembly::ElementFailure;
-use crate::solver::element::Want;
-use crate::solver::system::correction::Correction;
-use crate::solver::system::system::System;
+use crate::assembly::ElementFailure;
+use crate::element::Want;
+use crate::system::correction::Correction;
+use crate::system::system::System;
 
 /// A step is accepted if the slope at its end is at most this fraction of the slope at its start. A more exact search
 /// costs evaluations in a direction that the next correction changes; a looser one accepts steps that overshoot.
@@ -26,7 +26,7 @@ const STEP_LENGTH_RATIO_MIN: f64 = 0.05;
 ///
 /// # Errors
 /// [`ElementFailure`] if an element fails even with the shortest step.
-pub(in crate::solver) fn go(
+pub(crate) fn go(
     sys: &mut System,
     correction: &Correction,
     length_max: f64,
@@ -55,7 +55,7 @@ pub(in crate::solver) fn go(
 ///
 /// # Errors
 /// [`ElementFailure`] if an element fails even with the shortest step.
-pub(in crate::solver) fn try_step(
+pub(crate) fn try_step(
     sys: &mut System,
     correction: &Correction,
     length_max: f64,
@@ -149,9 +149,9 @@ fn apply(sys: &mut System, correction: &Correction, length: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::rectangle;
-    use crate::solver::tests::{body, setup, steel};
-    use crate::solver::{Constraints, Simulation};
+    use crate::sheet::hex_mesh::rectangle;
+    use crate::tests::{body, setup, steel};
+    use crate::{Constraints, Simulation};
 
     /// A flat strip of 10 x 1 x 0.1 mm, clamped at both ends, with `force` [N] at its middle: soft in bending, stiff
     /// once it sags. Its first correction is scaled by `factor`. Returns its step length, and the slope before and after.

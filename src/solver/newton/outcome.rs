@@ -1,8 +1,8 @@
 //! Results and errors of the Newton iteration.
 
-use crate::solver::assembly::ElementFailure;
-use crate::solver::limits::Limits;
-use crate::solver::linear::LinearError;
+use crate::assembly::ElementFailure;
+use crate::limits::Limits;
+use crate::linear::LinearError;
 
 /// Verdict on an iterate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,7 +76,7 @@ pub struct NewtonStats {
 impl NewtonStats {
     /// Sum of both.
     #[must_use]
-    pub(in crate::solver) fn and(self, other: Self) -> Self {
+    pub(crate) fn and(self, other: Self) -> Self {
         Self {
             iterations: self.iterations + other.iterations,
             solves: self.solves + other.solves,
@@ -88,7 +88,7 @@ impl NewtonStats {
 
 /// Limit of the number of iterations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::solver) enum Patience {
+pub(crate) enum Patience {
     /// Ends early if the iteration does not converge: a shorter step costs less.
     Hopeful,
     /// Ends after the allowed number of iterations.
@@ -99,7 +99,7 @@ pub(in crate::solver) enum Patience {
 
 impl Patience {
     /// Maximum number of iterations.
-    pub(in crate::solver) fn iterations(self, limits: &Limits) -> usize {
+    pub(crate) fn iterations(self, limits: &Limits) -> usize {
         if let Self::UpTo(iterations) = self { iterations } else { limits.iterations }
     }
 }

@@ -1,6 +1,6 @@
 //! Record of an iteration.
 
-use crate::solver::numbers::tolerances::{NEAR_EQUILIBRIUM_REL, ROUNDING_REL};
+use crate::numbers::tolerances::{NEAR_EQUILIBRIUM_REL, ROUNDING_REL};
 
 /// Ratio of a residual to its reference above which the iteration makes no progress: to that of an earlier iterate with
 /// the same active set, or to the contact forces after several iterations. With half the ratio increments are cut that

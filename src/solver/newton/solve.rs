@@ -5,21 +5,21 @@ use super::cycling::Stabiliser;
 use super::line_search;
 use super::outcome::{NewtonError, NewtonStats, Patience, Verdict};
 use super::record::{IterationRecord, STAGNATION_RATIO};
-use crate::geometry::Vec3;
-use crate::solver::active_set::active_set::{iterate_active_set, revise};
-use crate::solver::active_set::driven_tools::opposed;
-use crate::solver::active_set::update::Pivoting;
-use crate::solver::assembly::ElementFailure;
-use crate::solver::assembly::Foresight;
-use crate::solver::limits::{ContactMethod, Limits};
-use crate::solver::numbers::tolerances::{
+use crate::active_set::active_set::{iterate_active_set, revise};
+use crate::active_set::driven_tools::opposed;
+use crate::active_set::update::Pivoting;
+use crate::assembly::ElementFailure;
+use crate::assembly::Foresight;
+use crate::limits::{ContactMethod, Limits};
+use crate::numbers::tolerances::{
     ACCURACY_REL, NEAR_EQUILIBRIUM_REL, NEGLIGIBLE_REL, REPETITIONS_MAX,
 };
-use crate::solver::system::correction::Correction;
-use crate::solver::system::damping::CONTINUATION_ITERATIONS_MAX;
-use crate::solver::system::system::{Residual, System};
-use crate::solver::tools::role::Role;
-use crate::solver::tools::way::FACING_COS_MIN;
+use crate::system::correction::Correction;
+use crate::system::damping::CONTINUATION_ITERATIONS_MAX;
+use crate::system::system::{Residual, System};
+use crate::tools::role::Role;
+use crate::tools::way::FACING_COS_MIN;
+use kanagata_geometry::Vec3;
 
 /// Maximum active-set iterations on the linearised system, far from equilibrium. There the linearisation excludes most
 /// of the plastic flow, and an active set that is exact for it is not that of the next iterate. With two, iterations
@@ -35,7 +35,7 @@ const ACTIVE_SET_ITERATIONS_MAX_NEAR: usize = 8;
 ///
 /// # Errors
 /// [`NewtonError`]; the caller restores the last converged state.
-pub(in crate::solver) fn solve(
+pub(crate) fn solve(
     sys: &mut System,
     limits: &Limits,
     patience: Patience,
@@ -289,7 +289,7 @@ fn is_hopeless(history: &[IterationRecord]) -> bool {
 /// Maximum step length of a correction: no node moves by more than two element lengths. A tool driven by force moves
 /// no farther than a node pushed by its steepest face may; without resistance its travel would be determined by
 /// rounding.
-pub(in crate::solver) fn step_length_limit(sys: &System, correction: &Correction) -> f64 {
+pub(crate) fn step_length_limit(sys: &System, correction: &Correction) -> f64 {
     let moves = correction.u.chunks_exact(3).map(|du| Vec3::from_column_slice(du).norm());
     let pushed =
         |tool: usize| matches!(sys.roles[tool], Role::Force(_)) && !sys.stops[tool].reached;

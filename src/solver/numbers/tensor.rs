@@ -7,7 +7,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-use crate::geometry::Mat3;
+use kanagata_geometry::Mat3;
 
 /// Symmetric tensor `[11, 22, 33, √2·12, √2·23, √2·31]`.
 pub type Mandel = [f64; 6];

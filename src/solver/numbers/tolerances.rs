@@ -7,7 +7,7 @@
 pub(crate) const ROUNDING_REL: f64 = 1e-10;
 
 /// Relative accuracy of a converged state and of given geometry: by default equilibrium holds to this fraction of the
-/// contact forces ([`crate::solver::Limits::force_tolerance`]). Smaller differences between two such states mean
+/// contact forces ([`crate::Limits::force_tolerance`]). Smaller differences between two such states mean
 /// nothing, and a point at such a gap over the length of an edge lies on a tool.
 pub(crate) const ACCURACY_REL: f64 = 1e-6;
 

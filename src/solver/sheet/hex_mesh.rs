@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 
 use super::hanging::Hanging;
-use crate::geometry::{Vec2, Vec3};
-use crate::solver::linear::Groups;
+use crate::linear::Groups;
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Hexahedral mesh of a sheet.
 ///

@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 
 use super::hanging::{Hanging, HangingColumn};
 use super::hex_mesh::HexMesh;
-use crate::geometry::{Vec2, Vec3};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Largest level: a base element is split into 256. With twice as many, elements are 256 times shorter than their base,
 /// and thinner sheets than any would be resolved; the limit bounds the memory that a scene can ask for.
@@ -305,7 +305,7 @@ impl HexMesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::{disc, rectangle, thickened};
+    use crate::sheet::hex_mesh::{disc, rectangle, thickened};
 
     /// Levels that change from element to element without order.
     fn disorder(count: usize, seed: u64) -> Vec<u8> {

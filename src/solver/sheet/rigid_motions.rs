@@ -1,7 +1,7 @@
 //! Rigid-body modes of an unconstrained sheet: minimal supports, and the rigid motion back to an earlier position.
 
 use super::supports::Constraints;
-use crate::geometry::{Mat3, Vec3};
+use kanagata_geometry::{Mat3, Vec3};
 
 /// Remaining fraction of a rigid-body mode above which it counts as free.
 const FREE_MODE_TOLERANCE_REL: f64 = 1e-6;
@@ -113,7 +113,7 @@ impl<'a> RigidModes<'a> {
 
 /// Fraction of the `forces` on `nodes` (three for each node) that acts along rigid-body modes left free by
 /// `constraints`.
-pub(in crate::solver) fn share_along_free_motions(
+pub(crate) fn share_along_free_motions(
     constraints: &Constraints,
     nodes: &[Vec3],
     forces: &[f64],
@@ -133,7 +133,7 @@ pub(in crate::solver) fn share_along_free_motions(
 
 /// Subtracts from the displacements `moves` of `nodes` (three for each node) their projection on the free rigid-body
 /// modes. Modes are constrained by `constraints` and by supports of nodes along directions.
-pub(in crate::solver) fn take_free_motions(
+pub(crate) fn take_free_motions(
     constraints: &Constraints,
     nodes: &[Vec3],
     supports: impl Iterator<Item = (usize, Vec3)>,
@@ -151,7 +151,7 @@ pub(in crate::solver) fn take_free_motions(
 
 /// Displacement components that constrain the rigid-body modes left free by `constraints` and by supports of nodes
 /// along directions. Nodes with supports are not used.
-pub(in crate::solver) fn unsupported(
+pub(crate) fn unsupported(
     constraints: &Constraints,
     nodes: &[Vec3],
     supports: impl Iterator<Item = (usize, Vec3)> + Clone,
@@ -172,7 +172,7 @@ pub(in crate::solver) fn unsupported(
 /// Rigid motion `x -> rotation x + shift` from points `from` to points `to` (least squares). Arbitrary if `constraints`
 /// hold nothing; a rotation about and a shift normal to the axis if they hold only one axis. `None` if they hold
 /// more.
-pub(in crate::solver) fn fit_rigid_motion(
+pub(crate) fn fit_rigid_motion(
     constraints: &Constraints,
     from: &[Vec3],
     to: &[Vec3],
@@ -193,11 +193,7 @@ pub(in crate::solver) fn fit_rigid_motion(
 }
 
 /// As [`fit_rigid_motion`], but if more than one axis is held, a translation along the free axes.
-pub(in crate::solver) fn nearest_free(
-    constraints: &Constraints,
-    from: &[Vec3],
-    to: &[Vec3],
-) -> (Mat3, Vec3) {
+pub(crate) fn nearest_free(constraints: &Constraints, from: &[Vec3], to: &[Vec3]) -> (Mat3, Vec3) {
     fit_rigid_motion(constraints, from, to).unwrap_or_else(|| {
         let middle = |points: &[Vec3]| points.iter().sum::<Vec3>() / points.len().max(1) as f64;
         let mut shift = middle(to) - middle(from);

@@ -1,25 +1,25 @@
 //! Characteristic lengths for tolerances and step sizes.
 
 use super::hex_mesh::HexMesh;
-use crate::geometry::Aabb;
+use kanagata_geometry::Aabb;
 
 /// Characteristic lengths of the problem [mm].
 #[derive(Debug, Clone, Copy)]
-pub(in crate::solver) struct Lengths {
+pub(crate) struct Lengths {
     /// Shortest element edge; for a sheet its minimum thickness.
-    pub(in crate::solver) shortest_edge: f64,
+    pub(crate) shortest_edge: f64,
     /// Longest element edge.
-    pub(in crate::solver) longest_edge: f64,
+    pub(crate) longest_edge: f64,
     /// Diagonal of the bounding box of the sheet.
-    pub(in crate::solver) size: f64,
+    pub(crate) size: f64,
     /// Largest distance of a node from the origin; determines the rounding of coordinates.
-    pub(in crate::solver) farthest: f64,
+    pub(crate) farthest: f64,
     /// Slip over which friction is regularised; 0: exact stick.
-    pub(in crate::solver) transition: f64,
+    pub(crate) transition: f64,
 }
 
 /// Lengths of the mesh of a sheet, without regularisation of friction.
-pub(in crate::solver) fn edge_lengths(mesh: &HexMesh) -> Lengths {
+pub(crate) fn edge_lengths(mesh: &HexMesh) -> Lengths {
     const EDGES: [(usize, usize); 12] = [
         (0, 1),
         (1, 2),

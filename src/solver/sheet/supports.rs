@@ -1,6 +1,6 @@
 //! Prescribed displacements: zero on symmetry planes and at fixed nodes, means of other nodes at hanging nodes.
 
-use crate::geometry::{Mat3, Vec3};
+use kanagata_geometry::{Mat3, Vec3};
 
 /// Bit of a node that hangs between its masters.
 const HANGING: u8 = 1 << 3;

@@ -1,6 +1,6 @@
 //! Stages of a process.
 
-use crate::solver::tools::motion::{Curve, Motion};
+use crate::tools::motion::{Curve, Motion};
 
 /// One stage, for example clamping, drawing or release.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +24,7 @@ pub struct Stage {
 
 impl Stage {
     /// Length of the first step, as a fraction of the stage.
-    pub(in crate::solver) fn first(&self) -> f64 {
+    pub(crate) fn first(&self) -> f64 {
         self.first_step.min(self.largest_step)
     }
 
@@ -33,14 +33,14 @@ impl Stage {
     }
 
     /// Next corner of a curve of a tool or load after `share`, or the end of the stage; increments end there.
-    pub(in crate::solver) fn next_corner(&self, share: f64) -> f64 {
+    pub(crate) fn next_corner(&self, share: f64) -> f64 {
         let corners = self.curves().flat_map(Curve::corners);
         corners.filter(|corner| *corner > share).fold(1.0, f64::min)
     }
 
     /// Whether at `share` the rate of a tool or load changes sign, or by more than a factor of two. The last
     /// increment then does not predict the next one.
-    pub(in crate::solver) fn turns(&self, share: f64) -> bool {
+    pub(crate) fn turns(&self, share: f64) -> bool {
         self.curves().filter(|curve| curve.corners().contains(&share)).any(|curve| {
             let [before, after] = curve.rates(share);
             !(0.5..=2.0).contains(&(after / before))

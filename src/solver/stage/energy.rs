@@ -3,10 +3,10 @@
 use super::increment_error::increment_error;
 use super::plan::Plan;
 use super::state::{Committed, Simulation};
-use crate::contact::friction::COULOMB_SLIP_RATIO;
-use crate::geometry::Vec3;
-use crate::solver::contact::candidate::Force;
-use crate::solver::system::system::System;
+use crate::contact::candidate::Force;
+use crate::system::system::System;
+use kanagata_contact::friction::COULOMB_SLIP_RATIO;
+use kanagata_geometry::Vec3;
 
 /// Internal work that the sheet has not stored, over the largest work so far, above which an increment contains a jump
 /// to another equilibrium. A smaller ratio would take the error of the trapezoidal rule for jumps, a larger one would
@@ -128,7 +128,7 @@ impl Work {
 }
 
 /// Work in an increment of the forces left by released tools, of the complete process [N mm].
-pub(in crate::solver) fn released_forces_work(
+pub(crate) fn released_forces_work(
     sim: &Simulation,
     plan: &Plan,
     [share, target]: [f64; 2],
@@ -139,13 +139,13 @@ pub(in crate::solver) fn released_forces_work(
 }
 
 /// Whether the sheet has jumped to another equilibrium in the increment, which is not yet accepted.
-pub(in crate::solver) fn jumps(sim: &Simulation) -> bool {
+pub(crate) fn jumps(sim: &Simulation) -> bool {
     let work = Work::of(sim, &sim.sys.candidate_forces());
     work.internal > sim.rounding_work() && work.jump(sim.energies.largest_work).is_some()
 }
 
 /// Adds the work of the increment before it is committed; returns whether a snap-through occurred.
-pub(in crate::solver) fn add_work(sim: &mut Simulation, forces: &[Force]) -> bool {
+pub(crate) fn add_work(sim: &mut Simulation, forces: &[Force]) -> bool {
     let (work, error) = (Work::of(sim, forces), increment_error(sim, forces));
     let dropped = sim.committed.dropped;
     let jump = if dropped { Some(work.set_free()) } else { work.jump(sim.energies.largest_work) };

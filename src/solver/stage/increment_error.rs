@@ -4,31 +4,31 @@
 //! lack where this direction turns, over the work of the increment, estimates the relative error of the forces.
 
 use super::state::Simulation;
-use crate::geometry::Vec3;
-use crate::solver::assembly::WorkError;
-use crate::solver::contact::candidate::Force;
+use crate::assembly::WorkError;
+use crate::contact::candidate::Force;
+use kanagata_geometry::Vec3;
 
 /// Allowed relative error of an increment.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::solver) struct AllowedError(pub(in crate::solver) f64);
+pub(crate) struct AllowedError(pub(crate) f64);
 
 impl AllowedError {
     /// Whether the step after an increment with this error would be at most half as long: the increment is repeated with it.
     /// For a smaller error it costs less to shorten the next step only.
-    pub(in crate::solver) fn is_far_exceeded(self, error: f64) -> bool {
+    pub(crate) fn is_far_exceeded(self, error: f64) -> bool {
         error > 2.0 * self.0
     }
 
     /// Length of the next step after one of length `step` with this error, > 0. Errors grow with the square of the step.
     /// Half of the allowed error is aimed at, since true errors are up to twice the estimates.
-    pub(in crate::solver) fn next_step(self, step: f64, error: f64) -> f64 {
+    pub(crate) fn next_step(self, step: f64, error: f64) -> f64 {
         if error > 0.0 { step * (0.5 * self.0 / error).sqrt() } else { f64::INFINITY }
     }
 }
 
 /// Error of the increment before it is committed, of the complete process; `forces` are the current forces of the tools on
 /// the nodes.
-pub(in crate::solver) fn increment_error(sim: &Simulation, forces: &[Force]) -> WorkError {
+pub(crate) fn increment_error(sim: &Simulation, forces: &[Force]) -> WorkError {
     sim.sys.body.flow_direction_error().plus(sliding_error(sim, forces)).times(sim.share)
 }
 

@@ -3,34 +3,34 @@
 use serde::{Deserialize, Serialize};
 
 use super::description::Stage;
-use crate::solver::numbers::tolerances::NEAR_EQUILIBRIUM_REL;
-use crate::solver::tools::motion::Motion;
+use crate::numbers::tolerances::NEAR_EQUILIBRIUM_REL;
+use crate::tools::motion::Motion;
 
 /// Quantities fixed at the start of a stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(in crate::solver) struct Plan {
-    pub(in crate::solver) stage: usize,
-    pub(in crate::solver) start_travels: Vec<f64>,
+pub(crate) struct Plan {
+    pub(crate) stage: usize,
+    pub(crate) start_travels: Vec<f64>,
     /// Force of each tool along its direction [N], of the complete process.
-    pub(in crate::solver) start_forces: Vec<f64>,
+    pub(crate) start_forces: Vec<f64>,
     /// Fraction of the stage at which tools are released, and whether they have been.
-    pub(in crate::solver) at: f64,
-    pub(in crate::solver) gone: bool,
+    pub(crate) at: f64,
+    pub(crate) gone: bool,
     /// A released tool that stays in place until then, as no other tool does, and the displacements at the start of
     /// the stage.
-    pub(in crate::solver) kept: Option<(usize, Vec<f64>)>,
+    pub(crate) kept: Option<(usize, Vec<f64>)>,
     /// Contact forces of the released tools (three for each node).
-    pub(in crate::solver) released: Vec<f64>,
+    pub(crate) released: Vec<f64>,
     /// Displacements at the start of a stage in which no tool holds the sheet; empty otherwise.
-    pub(in crate::solver) unsupported: Vec<f64>,
+    pub(crate) unsupported: Vec<f64>,
     /// Tools clear of a sheet that is released; they are excluded, so that an unconstrained sheet does not move out
     /// of their path.
-    pub(in crate::solver) clear: Vec<usize>,
+    pub(crate) clear: Vec<usize>,
 }
 
 impl Plan {
     /// Whether the plan fits a model with these numbers of stages, tools and unknowns.
-    pub(in crate::solver) fn fits(&self, stages: usize, tools: usize, unknowns: usize) -> bool {
+    pub(crate) fn fits(&self, stages: usize, tools: usize, unknowns: usize) -> bool {
         let of_nodes = |v: &Vec<f64>| v.is_empty() || v.len() == unknowns;
         let kept = self.kept.as_ref();
         self.stage < stages
@@ -43,27 +43,27 @@ impl Plan {
     }
 
     /// Whether no tool holds the sheet.
-    pub(in crate::solver) fn is_free(&self) -> bool {
+    pub(crate) fn is_free(&self) -> bool {
         !self.unsupported.is_empty()
     }
 
     /// Whether the stage releases the sheet.
-    pub(in crate::solver) fn lets_go(&self, stages: &[Stage]) -> bool {
+    pub(crate) fn lets_go(&self, stages: &[Stage]) -> bool {
         self.is_free() && stages[self.stage].motions.contains(&Motion::Release)
     }
 
     /// Remaining fraction at `share` of the forces of released tools.
-    pub(in crate::solver) fn remaining(&self, share: f64) -> f64 {
+    pub(crate) fn remaining(&self, share: f64) -> f64 {
         if self.gone { (1.0 - share) / (1.0 - self.at) } else { 0.0 }
     }
 
     /// Fraction of the stage at which tools are released that move back with the sheet until then.
-    pub(in crate::solver) fn lets_go_at(&self) -> Option<f64> {
+    pub(crate) fn lets_go_at(&self) -> Option<f64> {
         (!self.gone).then_some(self.at)
     }
 
     /// Force of a tool that moves back with the sheet before its release [N], of the complete process.
-    pub(in crate::solver) fn going_back(&self, tool: usize, share: f64) -> Option<f64> {
+    pub(crate) fn going_back(&self, tool: usize, share: f64) -> Option<f64> {
         let force = self.start_forces[tool];
         let left = 1.0 - (1.0 - NEAR_EQUILIBRIUM_REL) * share / self.at;
         let stays = self.kept.as_ref().is_some_and(|(kept, _)| *kept == tool);
@@ -71,7 +71,7 @@ impl Plan {
     }
 
     /// Whether all tools that hold the sheet will be released.
-    pub(in crate::solver) fn lets_all_go(&self) -> bool {
+    pub(crate) fn lets_all_go(&self) -> bool {
         !self.gone && self.kept.is_some()
     }
 }

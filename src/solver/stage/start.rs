@@ -7,23 +7,20 @@
 use super::description::Stage;
 use super::plan::Plan;
 use super::state::Simulation;
-use crate::solver::active_set::active_set::take_in;
-use crate::solver::active_set::driven_tools::keep_pushed_tools;
-use crate::solver::contact::candidate::Candidate;
-use crate::solver::error::SimulationError;
-use crate::solver::numbers::tolerances::ACCURACY_REL;
-use crate::solver::sheet::rigid_motions::share_along_free_motions;
-use crate::solver::system::system::System;
-use crate::solver::tools::motion::Motion;
-use crate::solver::tools::role::Role;
+use crate::active_set::active_set::take_in;
+use crate::active_set::driven_tools::keep_pushed_tools;
+use crate::contact::candidate::Candidate;
+use crate::error::SimulationError;
+use crate::numbers::tolerances::ACCURACY_REL;
+use crate::sheet::rigid_motions::share_along_free_motions;
+use crate::system::system::System;
+use crate::tools::motion::Motion;
+use crate::tools::role::Role;
 
 /// Fraction of a stage in which tools move back with the sheet before their release.
 const RELEASE_SHARE: f64 = 0.5;
 
-pub(in crate::solver) fn begin(
-    sim: &mut Simulation,
-    stage: usize,
-) -> Result<Plan, SimulationError> {
+pub(crate) fn begin(sim: &mut Simulation, stage: usize) -> Result<Plan, SimulationError> {
     let sys = &mut sim.sys;
     let mut plan = Plan {
         stage,
@@ -48,7 +45,7 @@ pub(in crate::solver) fn begin(
 }
 
 /// Releases tools at the fraction `share` of a stage; they have moved back with the sheet so far.
-pub(in crate::solver) fn release_tools(
+pub(crate) fn release_tools(
     sim: &mut Simulation,
     plan: &mut Plan,
     share: f64,
@@ -90,13 +87,7 @@ fn arrange(sim: &mut Simulation, plan: &mut Plan, share: f64) -> Result<(), Simu
 }
 
 /// Sets tools and applied forces to their state at `share` of the stage.
-pub(in crate::solver) fn set_targets(
-    sys: &mut System,
-    stage: &Stage,
-    plan: &Plan,
-    share: f64,
-    whole: f64,
-) {
+pub(crate) fn set_targets(sys: &mut System, stage: &Stage, plan: &Plan, share: f64, whole: f64) {
     for (tool, motion) in stage.motions.iter().enumerate() {
         let (role, travel) = driven(motion, plan, tool, share, whole);
         sys.roles[tool] = role;
@@ -148,7 +139,7 @@ fn driven(
 }
 
 /// Adds the fraction `share` of the loads of the model to the applied forces.
-pub(in crate::solver) fn add_loads(sys: &mut System, loads: &[f64], share: f64) {
+pub(crate) fn add_loads(sys: &mut System, loads: &[f64], share: f64) {
     sys.regime.loads = loads.iter().any(|load| share * load != 0.0);
     sys.applied.iter_mut().zip(loads).for_each(|(a, load)| *a += share * load);
 }

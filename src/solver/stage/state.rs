@@ -6,32 +6,32 @@ use super::branch::Doubt;
 use super::description::Stage;
 use super::plan::Plan;
 use super::step_size::{Endurance, Pace};
-use crate::solver::limits::Limits;
-use crate::solver::newton::outcome::Patience;
-use crate::solver::newton::record::IterationRecord;
-use crate::solver::report::{Energies, RunSummary};
-use crate::solver::system::system::System;
+use crate::limits::Limits;
+use crate::newton::outcome::Patience;
+use crate::newton::record::IterationRecord;
+use crate::report::{Energies, RunSummary};
+use crate::system::system::System;
 
 /// Last converged state, and the increment before it for the predictor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(in crate::solver) struct Committed {
-    pub(in crate::solver) u: Vec<f64>,
-    pub(in crate::solver) travels: Vec<f64>,
+pub(crate) struct Committed {
+    pub(crate) u: Vec<f64>,
+    pub(crate) travels: Vec<f64>,
     /// Whether each tool is at its stop.
-    pub(in crate::solver) on_stop: Vec<bool>,
-    pub(in crate::solver) internal_force: Vec<f64>,
-    pub(in crate::solver) applied: Vec<f64>,
+    pub(crate) on_stop: Vec<bool>,
+    pub(crate) internal_force: Vec<f64>,
+    pub(crate) applied: Vec<f64>,
     /// Force of each tool along its direction [N].
-    pub(in crate::solver) pushes: Vec<f64>,
+    pub(crate) pushes: Vec<f64>,
     /// A tool that pushed the sheet was removed without forces that replace it: the state is no longer in
     /// equilibrium.
-    pub(in crate::solver) dropped: bool,
+    pub(crate) dropped: bool,
     /// Step (fraction of the stage), displacements and travels of the last increment of this stage.
-    pub(in crate::solver) last: Option<(f64, Vec<f64>, Vec<f64>)>,
+    pub(crate) last: Option<(f64, Vec<f64>, Vec<f64>)>,
 }
 
 impl Committed {
-    pub(in crate::solver) fn of(sys: &System) -> Self {
+    pub(crate) fn of(sys: &System) -> Self {
         Self {
             u: sys.u.clone(),
             travels: sys.tools.iter().map(|t| t.travel).collect(),
@@ -45,12 +45,12 @@ impl Committed {
     }
 
     /// Disables the prediction of the next increment, at the start of a stage or when the path is not continued.
-    pub(in crate::solver) fn forget_last(&mut self) {
+    pub(crate) fn forget_last(&mut self) {
         self.last = None;
     }
 
     /// Whether the state fits a model with these numbers of tools and unknowns.
-    pub(in crate::solver) fn fits(&self, tools: usize, unknowns: usize) -> bool {
+    pub(crate) fn fits(&self, tools: usize, unknowns: usize) -> bool {
         let of_tools = |v: &Vec<f64>| v.len() == tools;
         let of_nodes = |v: &Vec<f64>| v.len() == unknowns;
         self.on_stop.len() == tools
@@ -62,25 +62,19 @@ impl Committed {
 
 /// An active stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(in crate::solver) struct UnderWay {
-    pub(in crate::solver) plan: Plan,
-    pub(in crate::solver) pace: Pace,
-    pub(in crate::solver) endurance: Endurance,
-    pub(in crate::solver) doubt: Doubt,
+pub(crate) struct UnderWay {
+    pub(crate) plan: Plan,
+    pub(crate) pace: Pace,
+    pub(crate) endurance: Endurance,
+    pub(crate) doubt: Doubt,
     /// Completed fraction of the stage.
-    pub(in crate::solver) share: f64,
-    pub(in crate::solver) start_time: f64,
+    pub(crate) share: f64,
+    pub(crate) start_time: f64,
 }
 
 impl UnderWay {
     /// Whether the state fits a stage of a model with these numbers of stages, tools and unknowns.
-    pub(in crate::solver) fn fits(
-        &self,
-        stage: usize,
-        stages: usize,
-        tools: usize,
-        unknowns: usize,
-    ) -> bool {
+    pub(crate) fn fits(&self, stage: usize, stages: usize, tools: usize, unknowns: usize) -> bool {
         self.plan.stage == stage
             && self.plan.fits(stages, tools, unknowns)
             && self.pace.is_sound()
@@ -90,14 +84,14 @@ impl UnderWay {
     }
 
     /// Next fraction at which an increment must end: corner of a curve, or release of tools.
-    pub(in crate::solver) fn next_corner(&self, stages: &[Stage]) -> f64 {
+    pub(crate) fn next_corner(&self, stages: &[Stage]) -> f64 {
         let corner = stages[self.plan.stage].next_corner(self.share);
         self.plan.lets_go_at().map_or(corner, |at| corner.min(at))
     }
 
     /// End of the next increment, and its limit of iterations. Prescribed increments are tried in full and with all
     /// iterations, since the earlier run may have reached them by step cuts.
-    pub(in crate::solver) fn next(&self, stages: &[Stage]) -> (f64, Patience) {
+    pub(crate) fn next(&self, stages: &[Stage]) -> (f64, Patience) {
         let (share, step) = (self.share, self.pace.step);
         let none = self.plan.lets_go(stages);
         let ends: &[f64] = if none { &[] } else { &stages[self.plan.stage].ends };
@@ -115,19 +109,19 @@ impl UnderWay {
 
 /// A run.
 pub struct Simulation {
-    pub(in crate::solver) sys: System,
-    pub(in crate::solver) stages: Vec<Stage>,
-    pub(in crate::solver) loads: Vec<f64>,
-    pub(in crate::solver) limits: Limits,
-    pub(in crate::solver) share: f64,
+    pub(crate) sys: System,
+    pub(crate) stages: Vec<Stage>,
+    pub(crate) loads: Vec<f64>,
+    pub(crate) limits: Limits,
+    pub(crate) share: f64,
     /// Work of travelling tools while the sheet is followed, including work against dampers [N mm].
-    pub(in crate::solver) dragged: f64,
-    pub(in crate::solver) committed: Committed,
+    pub(crate) dragged: f64,
+    pub(crate) committed: Committed,
     /// Index of the active or the next stage.
-    pub(in crate::solver) stage: usize,
-    pub(in crate::solver) under_way: Option<UnderWay>,
-    pub(in crate::solver) energies: Energies,
-    pub(in crate::solver) history: Vec<IterationRecord>,
-    pub(in crate::solver) summary: RunSummary,
-    pub(in crate::solver) time: f64,
+    pub(crate) stage: usize,
+    pub(crate) under_way: Option<UnderWay>,
+    pub(crate) energies: Energies,
+    pub(crate) history: Vec<IterationRecord>,
+    pub(crate) summary: RunSummary,
+    pub(crate) time: f64,
 }

@@ -2,15 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::numbers::COUNT_MAX;
-use crate::solver::limits::easy_iterations;
-use crate::solver::newton::outcome::Patience;
-use crate::solver::system::damping::CONTINUATION_ITERATIONS_MAX;
+use crate::limits::easy_iterations;
+use crate::newton::outcome::Patience;
+use crate::system::damping::CONTINUATION_ITERATIONS_MAX;
+use kanagata_geometry::numbers::COUNT_MAX;
 
 /// Controls the size of the next step (fraction of the stage).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(in crate::solver) struct Pace {
-    pub(in crate::solver) step: f64,
+pub(crate) struct Pace {
+    pub(crate) step: f64,
     largest: f64,
     wanted_iterations: usize,
     /// Failures since the last successful increment.
@@ -21,7 +21,7 @@ pub(in crate::solver) struct Pace {
 
 impl Pace {
     /// Whether steps are fractions of a stage, and counts those of a valid run.
-    pub(in crate::solver) fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         let share = |step: f64| step > 0.0 && step <= 1.0;
         let counts = [self.wanted_iterations, self.failures];
         share(self.step)
@@ -30,24 +30,24 @@ impl Pace {
             && counts.into_iter().all(|count| count <= COUNT_MAX)
     }
 
-    pub(in crate::solver) fn new(first: f64, largest: f64, wanted_iterations: usize) -> Self {
+    pub(crate) fn new(first: f64, largest: f64, wanted_iterations: usize) -> Self {
         let step = first.min(largest);
         Self { step, largest, wanted_iterations, failures: 0, ceiling: None }
     }
 
     /// After repeated failures an increment may use all its iterations.
-    pub(in crate::solver) fn patience(&self) -> Patience {
+    pub(crate) fn patience(&self) -> Patience {
         if self.failures >= 4 { Patience::All } else { Patience::Hopeful }
     }
 
     /// Whether the current increment has been cut.
-    pub(in crate::solver) fn has_failed(&self) -> bool {
+    pub(crate) fn has_failed(&self) -> bool {
         self.failures > 0
     }
 
     /// Increases the step after easy increments and reduces it after hard ones; a size that failed is approached
     /// slowly.
-    pub(in crate::solver) fn went_well(&mut self, iterations: usize) {
+    pub(crate) fn went_well(&mut self, iterations: usize) {
         let (n, wanted) = (iterations, self.wanted_iterations);
         let factor = match n {
             n if n <= easy_iterations(wanted) => 1.5,
@@ -63,11 +63,11 @@ impl Pace {
     }
 
     /// Limits the next step by the error of the increment.
-    pub(in crate::solver) fn limit(&mut self, step: f64) {
+    pub(crate) fn limit(&mut self, step: f64) {
         self.step = self.step.min(step);
     }
 
-    pub(in crate::solver) fn failed(&mut self, step: f64) {
+    pub(crate) fn failed(&mut self, step: f64) {
         self.failures += 1;
         self.ceiling = Some(0.7 * step);
         self.step = 0.4 * step;
@@ -77,22 +77,22 @@ impl Pace {
 /// Maximum iterations of viscous motions in a stage; halved after each motion that did not converge, but not below the
 /// limit of a normal increment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(in crate::solver) struct Endurance {
-    pub(in crate::solver) iterations: usize,
+pub(crate) struct Endurance {
+    pub(crate) iterations: usize,
 }
 
 impl Endurance {
     /// Initial value.
-    pub(in crate::solver) const FULL: Self = Self { iterations: CONTINUATION_ITERATIONS_MAX };
+    pub(crate) const FULL: Self = Self { iterations: CONTINUATION_ITERATIONS_MAX };
 
     /// Whether it does not exceed the initial value.
-    pub(in crate::solver) fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         self.iterations <= CONTINUATION_ITERATIONS_MAX
     }
 
     /// Value after a viscous motion that has ended in equilibrium (`rest`) or not; `least` is the maximum number of
     /// iterations of an increment.
-    pub(in crate::solver) fn after(&self, rest: bool, least: usize) -> Self {
+    pub(crate) fn after(&self, rest: bool, least: usize) -> Self {
         let halved = (self.iterations / 2).max(least.min(self.iterations));
         if rest { Self::FULL } else { Self { iterations: halved } }
     }

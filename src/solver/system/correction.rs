@@ -4,29 +4,29 @@
 use std::time::Instant;
 
 use super::system::System;
-use crate::geometry::Vec3;
-use crate::solver::contact::candidate::{Candidate, Expected};
-use crate::solver::contact::condition::Condition;
-use crate::solver::contact::frame::seen_from;
-use crate::solver::linear::{ChangedRows, LinearError};
+use crate::contact::candidate::{Candidate, Expected};
+use crate::contact::condition::Condition;
+use crate::contact::frame::seen_from;
+use crate::linear::{ChangedRows, LinearError};
+use kanagata_geometry::Vec3;
 
 /// Correction of the displacements and of the travels of tools driven by force.
 #[derive(Debug, Clone)]
-pub(in crate::solver) struct Correction {
-    pub(in crate::solver) u: Vec<f64>,
-    pub(in crate::solver) travels: Vec<(usize, f64)>,
+pub(crate) struct Correction {
+    pub(crate) u: Vec<f64>,
+    pub(crate) travels: Vec<(usize, f64)>,
     /// Predicted forces of all candidates in contact.
-    pub(in crate::solver) foretold: Vec<Foretold>,
+    pub(crate) foretold: Vec<Foretold>,
 }
 
 /// Predicted contact force of a correction.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::solver) struct Foretold {
-    pub(in crate::solver) candidate: usize,
+pub(crate) struct Foretold {
+    pub(crate) candidate: usize,
     /// Force of the tool from `r + K du`, plus friction in constrained directions [N].
-    pub(in crate::solver) force: Vec3,
+    pub(crate) force: Vec3,
     /// Normal force [N].
-    pub(in crate::solver) lambda: f64,
+    pub(crate) lambda: f64,
 }
 
 /// Changes of the contact forces due to solutions of the linear system.
@@ -41,7 +41,7 @@ struct Changes {
 
 impl System {
     /// Solves the linearised system for the correction.
-    pub(in crate::solver) fn correct(&mut self) -> Result<Correction, LinearError> {
+    pub(crate) fn correct(&mut self) -> Result<Correction, LinearError> {
         let start = Instant::now();
         self.condense();
         self.timings.contact += start.elapsed().as_secs_f64();
@@ -49,7 +49,7 @@ impl System {
     }
 
     /// Solves the system at the same iterate after changes of some conditions.
-    pub(in crate::solver) fn correct_again(&mut self) -> Result<Correction, LinearError> {
+    pub(crate) fn correct_again(&mut self) -> Result<Correction, LinearError> {
         if self.symmetric {
             return self.correct();
         }
@@ -120,7 +120,7 @@ impl System {
     }
 
     /// Residual of every row: equilibrium, or the condition that replaces it.
-    pub(in crate::solver) fn residual_vector(&self) -> Vec<f64> {
+    pub(crate) fn residual_vector(&self) -> Vec<f64> {
         let mut out: Vec<f64> =
             self.eval.internal_force.iter().zip(&self.applied).map(|(f, a)| f - a).collect();
         for c in &self.conditions {
@@ -130,14 +130,14 @@ impl System {
     }
 
     /// Sets up the matrix from tangent and conditions.
-    pub(in crate::solver) fn condense(&mut self) {
+    pub(crate) fn condense(&mut self) {
         let copy = self.is_symmetric();
         let tangent = &mut self.eval.tangent;
         self.matrix.set(self.body.pattern(), tangent, &self.conditions, copy);
     }
 
     /// Minus the derivative of the residual by the travel of `tool`: an additional right-hand side.
-    pub(in crate::solver) fn travel_column(&self, tool: usize) -> Vec<f64> {
+    pub(crate) fn travel_column(&self, tool: usize) -> Vec<f64> {
         let mut column = vec![0.0; self.u.len()];
         for c in &self.conditions {
             let candidate = c.candidate.map(|k| &self.contact.candidates[k]);
@@ -245,7 +245,7 @@ impl System {
     }
 
     /// Initialises the expected contact forces with those of the equilibrium at which the body was last evaluated.
-    pub(in crate::solver) fn expect_as_last(&mut self) {
+    pub(crate) fn expect_as_last(&mut self) {
         for k in 0..self.contact.candidates.len() {
             let c = &self.contact.candidates[k];
             let force = c.active.then(|| self.contact_force(c));
@@ -254,7 +254,7 @@ impl System {
     }
 
     /// Updates the expected contact forces by the fraction `share` of the change predicted by `correction`.
-    pub(in crate::solver) fn expect(&mut self, correction: &Correction, share: f64) {
+    pub(crate) fn expect(&mut self, correction: &Correction, share: f64) {
         for foretold in &correction.foretold {
             let c = &mut self.contact.candidates[foretold.candidate];
             let before = match c.expected {

@@ -1,12 +1,12 @@
 //! Viscous forces on the nodes for stabilisation.
 
-use crate::solver::assembly::Body;
-use crate::solver::assembly::Evaluation;
-use crate::solver::element::Want;
-use crate::solver::linear::pattern::Pattern;
+use crate::assembly::Body;
+use crate::assembly::Evaluation;
+use crate::element::Want;
+use crate::linear::pattern::Pattern;
 
 /// Volume of every node over the mean; hanging nodes have none, since their masters carry it.
-pub(in crate::solver) fn shares(body: &Body) -> Vec<f64> {
+pub(crate) fn shares(body: &Body) -> Vec<f64> {
     let mesh = body.mesh();
     let mut volumes = vec![0.0; mesh.nodes.len()];
     for (element, volume) in mesh.elements.iter().zip(body.volumes()) {
@@ -19,7 +19,7 @@ pub(in crate::solver) fn shares(body: &Body) -> Vec<f64> {
 
 /// Viscous forces that oppose the displacement of every node since the start of a step.
 #[derive(Debug, Clone)]
-pub(in crate::solver) struct Damper {
+pub(crate) struct Damper {
     from: Vec<f64>,
     /// Damper stiffness of every node [N/mm].
     stiffness: Vec<f64>,
@@ -27,19 +27,13 @@ pub(in crate::solver) struct Damper {
 
 impl Damper {
     /// Damper about displacements `u`, proportional to the volume of each node, with the mean `stiffness` [N/mm].
-    pub(in crate::solver) fn new(body: &Body, u: &[f64], stiffness: f64) -> Self {
+    pub(crate) fn new(body: &Body, u: &[f64], stiffness: f64) -> Self {
         let stiffness = shares(body).into_iter().map(|share| stiffness * share).collect();
         Self { from: u.to_vec(), stiffness }
     }
 
     /// Adds the forces and, if requested, the tangent.
-    pub(in crate::solver) fn add(
-        &self,
-        u: &[f64],
-        want: Want,
-        pattern: &Pattern,
-        eval: &mut Evaluation,
-    ) {
+    pub(crate) fn add(&self, u: &[f64], want: Want, pattern: &Pattern, eval: &mut Evaluation) {
         for (i, force) in self.forces(u).enumerate() {
             eval.internal_force[i] += force;
             if want == Want::ResidualAndTangent
@@ -51,7 +45,7 @@ impl Damper {
     }
 
     /// Forces, three for each node [N].
-    pub(in crate::solver) fn forces(&self, u: &[f64]) -> impl Iterator<Item = f64> {
+    pub(crate) fn forces(&self, u: &[f64]) -> impl Iterator<Item = f64> {
         let moved = u.iter().zip(&self.from).map(|(now, from)| now - from);
         moved.enumerate().map(|(i, moved)| self.stiffness[i / 3] * moved)
     }

@@ -5,26 +5,26 @@
 //! until that is forgotten. When the viscous forces are small compared with their maximum, an equilibrium without
 //! them is computed.
 
-use crate::solver::limits::easy_iterations;
-use crate::solver::numbers::tolerances::NEAR_EQUILIBRIUM_REL;
+use crate::limits::easy_iterations;
+use crate::numbers::tolerances::NEAR_EQUILIBRIUM_REL;
 
 /// Initial damper stiffness over that of the mesh: a step moves the sheet by about a thousand times the elastic
 /// displacement. With less the first step fails, with more it costs a step for every reduction.
 const FIRST_STIFFNESS: f64 = 1e-3;
 /// Factor between levels of the stiffness; one level above a stiffness that failed is the lower bound for the next
 /// step. A larger factor would step over the range in which steps converge, a smaller one needs more steps.
-pub(in crate::solver) const STIFFNESS_FACTOR: f64 = 2.0;
+pub(crate) const STIFFNESS_FACTOR: f64 = 2.0;
 /// Levels by which a converged step reduces the stiffness, an easy one by twice as many, and by which a failed step
 /// raises it. With one level a motion takes twice as many steps; with three an easy step would reduce it by a factor of 64.
 const STEP_LEVELS: i32 = 2;
 /// Maximum iterations of a viscous motion, and of an increment with viscous stabilisation or augmentation. Snap-throughs
 /// of released sheets take 31 to 45, strips crushed until they buckle 223 to 810; a sheet without equilibrium never
 /// converges.
-pub(in crate::solver) const CONTINUATION_ITERATIONS_MAX: usize = 1000;
+pub(crate) const CONTINUATION_ITERATIONS_MAX: usize = 1000;
 
 /// Use of the controller.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::solver) enum Rules {
+pub(crate) enum Rules {
     /// Active-set cycling: every converged step counts as easy, and a failed one raises the stiffness by one level more,
     /// since it cycles again, but seldom with far more stiffness.
     Cycling,
@@ -57,10 +57,10 @@ impl Rules {
 
 /// Controller of the viscous stiffness.
 #[derive(Debug, Clone)]
-pub(in crate::solver) struct Continuation {
+pub(crate) struct Continuation {
     rules: Rules,
     /// Damper stiffness over that of the mesh.
-    pub(in crate::solver) stiffness: f64,
+    pub(crate) stiffness: f64,
     /// Lower bound of the next steps, since less stiffness has failed.
     floor: f64,
     /// Minimum stiffness, for a sheet perturbed from an unstable equilibrium.
@@ -72,7 +72,7 @@ pub(in crate::solver) struct Continuation {
 
 impl Continuation {
     /// Initial state; `least` is the minimum stiffness of the motion, if known.
-    pub(in crate::solver) fn new(rules: Rules, least: Option<f64>) -> Self {
+    pub(crate) fn new(rules: Rules, least: Option<f64>) -> Self {
         let stiffness = least.unwrap_or(FIRST_STIFFNESS);
         let least = least.unwrap_or(0.0);
         Self { rules, stiffness, floor: 0.0, least, force: f64::INFINITY, release: 0.0 }
@@ -80,18 +80,18 @@ impl Continuation {
 
     /// Whether a step at this stiffness hardly moves any node: the stiffness is as far above that of the mesh as the
     /// first one is below it. Failure is then not due to the damping.
-    pub(in crate::solver) fn is_stiffest(&self) -> bool {
+    pub(crate) fn is_stiffest(&self) -> bool {
         self.stiffness * FIRST_STIFFNESS > 1.0
     }
 
     /// Registers a failed step.
-    pub(in crate::solver) fn failed(&mut self) {
+    pub(crate) fn failed(&mut self) {
         self.floor = STIFFNESS_FACTOR * self.stiffness;
         self.stiffness *= self.rules.rise();
     }
 
     /// Registers a converged step with this norm of the viscous forces [N].
-    pub(in crate::solver) fn converged(&mut self, iterations: usize, force: f64) {
+    pub(crate) fn converged(&mut self, iterations: usize, force: f64) {
         let less = self.stiffness * self.rules.fall(iterations);
         self.stiffness = less.max(self.floor).max(self.least);
         self.floor /= STIFFNESS_FACTOR;
@@ -100,12 +100,12 @@ impl Continuation {
     }
 
     /// Whether an equilibrium without viscous forces should be tried.
-    pub(in crate::solver) fn may_release(&self) -> bool {
+    pub(crate) fn may_release(&self) -> bool {
         self.force <= self.release
     }
 
     /// Registers that no equilibrium without viscous forces was found.
-    pub(in crate::solver) fn release_failed(&mut self) {
+    pub(crate) fn release_failed(&mut self) {
         // Past a limit point release is tried after every step with a small force. An active set that cycled again needs
         // a force that has fallen by as much as a failed step raises the stiffness.
         if matches!(self.rules, Rules::Cycling) {

@@ -2,17 +2,17 @@
 
 use std::time::Instant;
 
-use crate::solver::contact::face_penetration::FaceDepths;
-use crate::solver::contact::face_penetration::faces::{Face, Faces};
+use crate::contact::face_penetration::FaceDepths;
+use crate::contact::face_penetration::faces::{Face, Faces};
 use rayon::prelude::*;
 
 use super::system::System;
-use crate::geometry::Vec3;
-use crate::solver::tools::role::Role;
+use crate::tools::role::Role;
+use kanagata_geometry::Vec3;
 
 impl System {
     /// Penetration between nodes in the current configuration.
-    pub(in crate::solver) fn face_penetration(&mut self) -> FaceDepths {
+    pub(crate) fn face_penetration(&mut self) -> FaceDepths {
         let start = Instant::now();
         let found = self.face_depths();
         self.timings.penetration += start.elapsed().as_secs_f64();

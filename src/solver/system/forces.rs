@@ -1,14 +1,14 @@
 //! Forces of tools and supports on the nodes.
 
 use super::system::System;
-use crate::geometry::Vec3;
-use crate::solver::contact::candidate::{Candidate, Force};
-use crate::solver::contact::frame::{contact_normal, whole_force};
-use crate::solver::contact::held_friction::held_friction;
+use crate::contact::candidate::{Candidate, Force};
+use crate::contact::frame::{contact_normal, whole_force};
+use crate::contact::held_friction::held_friction;
+use kanagata_geometry::Vec3;
 
 impl System {
     /// Internal minus applied force at a node: the force of tools and supports on it.
-    pub(in crate::solver) fn force_at(&self, node: usize) -> Vec3 {
+    pub(crate) fn force_at(&self, node: usize) -> Vec3 {
         let range = 3 * node..3 * node + 3;
         Vec3::from_column_slice(&self.eval.internal_force[range.clone()])
             - Vec3::from_column_slice(&self.applied[range])
@@ -16,12 +16,12 @@ impl System {
 
     /// Force of a tool on the node of a candidate in contact. It consists of the residual in the free directions, the
     /// part of the normal force that the support carries, and friction in constrained directions.
-    pub(in crate::solver) fn contact_force(&self, c: &Candidate) -> Vec3 {
+    pub(crate) fn contact_force(&self, c: &Candidate) -> Vec3 {
         self.force_of(c, &self.force_at(c.node), self.held_friction(c))
     }
 
     /// As [`Self::contact_force`] for a given nodal force and friction in constrained directions [N].
-    pub(in crate::solver) fn force_of(&self, c: &Candidate, at_node: &Vec3, held: Vec3) -> Vec3 {
+    pub(crate) fn force_of(&self, c: &Candidate, at_node: &Vec3, held: Vec3) -> Vec3 {
         if self.constraints.is_free(c.node) {
             return *at_node;
         }
@@ -30,7 +30,7 @@ impl System {
     }
 
     /// Friction in the constrained directions of the node of a candidate in contact [N].
-    pub(in crate::solver) fn held_friction(&self, c: &Candidate) -> Vec3 {
+    pub(crate) fn held_friction(&self, c: &Candidate) -> Vec3 {
         if self.constraints.is_free(c.node) {
             return Vec3::zeros();
         }
@@ -41,12 +41,12 @@ impl System {
     }
 
     /// Contact forces of all candidates.
-    pub(in crate::solver) fn candidate_forces(&self) -> Vec<Force> {
+    pub(crate) fn candidate_forces(&self) -> Vec<Force> {
         self.contact.candidates.iter().map(|c| Force::of(c, &self.contact_force(c))).collect()
     }
 
     /// Force of a tool on the modelled part of the sheet.
-    pub(in crate::solver) fn tool_force(&self, tool: usize) -> Vec3 {
+    pub(crate) fn tool_force(&self, tool: usize) -> Vec3 {
         self.contact
             .active()
             .filter(|(_, c)| c.tool == tool)
@@ -55,7 +55,7 @@ impl System {
     }
 
     /// Normal force of a candidate in contact.
-    pub(in crate::solver) fn lambda(&self, k: usize) -> f64 {
+    pub(crate) fn lambda(&self, k: usize) -> f64 {
         let c = &self.contact.candidates[k];
         let free = self.constraints.free_projector(c.node);
         contact_normal(c, &free).dot(&self.force_at(c.node))

@@ -12,27 +12,27 @@
 //!    equilibrium.
 
 use super::system::System;
-use crate::geometry::{Mat3, Vec3};
-use crate::solver::contact::condition::Condition;
-use crate::solver::numbers::tolerances::ROUNDING_REL;
-use crate::solver::sheet::rigid_motions::{nearest_free, take_free_motions, unsupported};
-use crate::solver::tools::role::Role;
+use crate::contact::condition::Condition;
+use crate::numbers::tolerances::ROUNDING_REL;
+use crate::sheet::rigid_motions::{nearest_free, take_free_motions, unsupported};
+use crate::tools::role::Role;
+use kanagata_geometry::{Mat3, Vec3};
 
 impl System {
     /// Whether only contact forces and supports act on the sheet.
-    pub(in crate::solver) fn is_without_loads(&self) -> bool {
+    pub(crate) fn is_without_loads(&self) -> bool {
         self.applied.iter().all(|&force| force == 0.0)
     }
 
     /// Whether any tool is present.
-    pub(in crate::solver) fn has_tools(&self) -> bool {
+    pub(crate) fn has_tools(&self) -> bool {
         self.roles.iter().any(|role| *role != Role::Absent)
     }
 
     /// Components (node and axis) held in the next correction; `touching` are the conditions of the nodes in contact.
     /// Among tools, dampers and loads determine the position of the sheet. Without tools the components are the same in
     /// the whole stage: forces of released tools have a resultant, so the equilibrium depends on the supports.
-    pub(in crate::solver) fn find_rigid_supports(
+    pub(crate) fn find_rigid_supports(
         &self,
         touching: &[Option<Condition>],
     ) -> Vec<(usize, usize)> {
@@ -52,24 +52,24 @@ impl System {
     }
 
     /// Removes the supported components of a node from the projector onto its free directions.
-    pub(in crate::solver) fn free_of_supports(&self, node: usize, mut free: Mat3) -> Mat3 {
+    pub(crate) fn free_of_supports(&self, node: usize, mut free: Mat3) -> Mat3 {
         self.rigid_supports_of(node).for_each(|axis| free[(axis, axis)] = 0.0);
         free
     }
 
     /// Components of a node held in the next correction.
-    pub(in crate::solver) fn rigid_supports_of(&self, node: usize) -> impl Iterator<Item = usize> {
+    pub(crate) fn rigid_supports_of(&self, node: usize) -> impl Iterator<Item = usize> {
         self.rigid_supports.iter().filter(move |(at, _)| *at == node).map(|(_, axis)| *axis)
     }
 
     /// Whether the supports carry a resultant: that of forces of released tools as the sheet deforms, of loads, or of the
     /// dampers of a sheet without tools.
-    pub(in crate::solver) fn supports_carry(&self) -> bool {
+    pub(crate) fn supports_carry(&self) -> bool {
         !self.has_tools() || !self.is_without_loads()
     }
 
     /// Removes from the residual force of a node what its supports carry, and returns it.
-    pub(in crate::solver) fn take_carried(&self, condition: &mut Condition) -> Vec3 {
+    pub(crate) fn take_carried(&self, condition: &mut Condition) -> Vec3 {
         let mut carried = Vec3::zeros();
         for axis in self.rigid_supports_of(condition.node) {
             carried[axis] = std::mem::take(&mut condition.force[axis]);
@@ -79,7 +79,7 @@ impl System {
 
     /// Removes from `moves`, the displacements of the last increment, the rigid-body motions that are unconstrained.
     /// A sheet that a tool has carried or lost must not continue to move.
-    pub(in crate::solver) fn remove_free_motions(&self, moves: &mut [f64]) {
+    pub(crate) fn remove_free_motions(&self, moves: &mut [f64]) {
         if self.rigid_supports.is_empty() || !self.has_tools() {
             return;
         }
@@ -90,7 +90,7 @@ impl System {
 
     /// Moves the sheet as a rigid body, with its internal forces, to the position closest to the displacements
     /// `reference` (three for each node): least squares over the nodes, as far as the constraints permit.
-    pub(in crate::solver) fn move_closest_to(&mut self, reference: &[f64]) {
+    pub(crate) fn move_closest_to(&mut self, reference: &[f64]) {
         let now = self.positions();
         let (turn, shift) = nearest_free(&self.constraints, &now, &self.moved_by(reference));
         for (node, x) in now.iter().enumerate() {
@@ -121,14 +121,14 @@ impl System {
     }
 
     /// Whether a tool has friction in the current iteration.
-    pub(in crate::solver) fn has_friction(&self, tool: usize) -> bool {
+    pub(crate) fn has_friction(&self, tool: usize) -> bool {
         self.regime.has_friction() && self.tools[tool].setup.friction > 0.0
     }
 }
 
 impl Condition {
     /// Holds a component in the correction. The residual force is not changed.
-    pub(in crate::solver) fn hold_in_correction(&mut self, axis: usize, stiffness: f64) {
+    pub(crate) fn hold_in_correction(&mut self, axis: usize, stiffness: f64) {
         let along = Vec3::ith(axis, 1.0);
         let own = along * along.transpose();
         self.a = (Mat3::identity() - own) * self.a;

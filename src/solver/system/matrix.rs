@@ -7,15 +7,15 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::geometry::Vec3;
-use crate::solver::contact::condition::Condition;
-use crate::solver::linear::pattern::Pattern;
-use crate::solver::linear::{ChangedRows, NodeRows};
+use crate::contact::condition::Condition;
+use crate::linear::pattern::Pattern;
+use crate::linear::{ChangedRows, NodeRows};
+use kanagata_geometry::Vec3;
 
 /// Values of the matrix and the data needed to restore the tangent.
 #[derive(Debug)]
-pub(in crate::solver) struct Matrix {
-    pub(in crate::solver) values: Vec<f64>,
+pub(crate) struct Matrix {
+    pub(crate) values: Vec<f64>,
     /// `values` are those of the tangent, except for the stored rows.
     taken: bool,
     kept: KeptRows,
@@ -58,7 +58,7 @@ impl KeptRows {
 
 impl Matrix {
     /// Zero matrix with this pattern.
-    pub(in crate::solver) fn new(pattern: &Pattern) -> Self {
+    pub(crate) fn new(pattern: &Pattern) -> Self {
         let nodes = pattern.dim() / 3;
         Self {
             values: vec![0.0; pattern.nnz()],
@@ -70,13 +70,13 @@ impl Matrix {
     }
 
     /// Registers that the evaluation holds a new tangent.
-    pub(in crate::solver) fn renew(&mut self) {
+    pub(crate) fn renew(&mut self) {
         self.taken = false;
     }
 
     /// Sets up the matrix from tangent and conditions, which are sorted by node. The tangent is moved, which leaves
     /// undefined values in `tangent`; it is copied if columns will be changed too.
-    pub(in crate::solver) fn set(
+    pub(crate) fn set(
         &mut self,
         pattern: &Pattern,
         tangent: &mut Vec<f64>,
@@ -129,7 +129,7 @@ impl Matrix {
     }
 
     /// Registers that the factors are those of the matrix with these conditions.
-    pub(in crate::solver) fn set_factored(&mut self, conditions: &[Condition]) {
+    pub(crate) fn set_factored(&mut self, conditions: &[Condition]) {
         self.factored.clear();
         self.factored.extend_from_slice(conditions);
         self.replaced.clear();
@@ -137,11 +137,7 @@ impl Matrix {
 
     /// Applies the conditions that differ from those in the factors; returns the resulting change of the factored
     /// rows.
-    pub(in crate::solver) fn change(
-        &mut self,
-        pattern: &Pattern,
-        conditions: &[Condition],
-    ) -> ChangedRows {
+    pub(crate) fn change(&mut self, pattern: &Pattern, conditions: &[Condition]) -> ChangedRows {
         let mut changed = ChangedRows::default();
         for (rows, values) in self.replaced.drain(..) {
             self.values[rows].copy_from_slice(&values);
@@ -178,7 +174,7 @@ impl Matrix {
 
     /// Rows of the tangent at the nodes times the vectors, by vector: changes of the contact forces due to
     /// displacements.
-    pub(in crate::solver) fn changes_of_force(
+    pub(crate) fn changes_of_force(
         &self,
         pattern: &Pattern,
         node_rows: &NodeRows,
@@ -240,8 +236,8 @@ fn different<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Mat3;
-    use crate::solver::contact::condition::untouched;
+    use crate::contact::condition::untouched;
+    use kanagata_geometry::Mat3;
 
     /// Three nodes, the last not adjacent to the first.
     fn pattern() -> Pattern {

@@ -5,16 +5,16 @@ use super::damper::Damper;
 
 /// Loads and stabilisation in addition to tools and supports.
 #[derive(Debug, Clone, Default)]
-pub(in crate::solver) struct Regime {
+pub(crate) struct Regime {
     /// Loads of the model act.
-    pub(in crate::solver) loads: bool,
+    pub(crate) loads: bool,
     /// Stabilisation of the sheet.
-    pub(in crate::solver) stabilisation: Stabilisation,
+    pub(crate) stabilisation: Stabilisation,
 }
 
 /// Viscous forces on the nodes that make an iteration stable or a free motion definite.
 #[derive(Debug, Clone, Default)]
-pub(in crate::solver) enum Stabilisation {
+pub(crate) enum Stabilisation {
     /// None.
     #[default]
     None,
@@ -25,7 +25,7 @@ pub(in crate::solver) enum Stabilisation {
         /// Perturbation that moves the sheet out of an unstable equilibrium (three forces for each node) [N].
         push: Option<Vec<f64>>,
     },
-    /// Tools move an unconstrained sheet ([`crate::solver::increment::loose_sheet`]).
+    /// Tools move an unconstrained sheet ([`crate::increment::loose_sheet`]).
     LooseSheet {
         /// Light viscous forces about the last state.
         damper: Damper,
@@ -36,7 +36,7 @@ pub(in crate::solver) enum Stabilisation {
 
 impl Regime {
     /// Viscous forces, if any.
-    pub(in crate::solver) fn damper(&self) -> Option<&Damper> {
+    pub(crate) fn damper(&self) -> Option<&Damper> {
         match &self.stabilisation {
             Stabilisation::None => None,
             Stabilisation::Continuation { damper, .. }
@@ -45,27 +45,27 @@ impl Regime {
     }
 
     /// Whether viscous forces act.
-    pub(in crate::solver) fn is_stabilised(&self) -> bool {
+    pub(crate) fn is_stabilised(&self) -> bool {
         self.damper().is_some()
     }
 
     /// Whether tools move an unconstrained sheet.
-    pub(in crate::solver) fn is_loose(&self) -> bool {
+    pub(crate) fn is_loose(&self) -> bool {
         matches!(self.stabilisation, Stabilisation::LooseSheet { .. })
     }
 
     /// Whether tools have friction.
-    pub(in crate::solver) fn has_friction(&self) -> bool {
+    pub(crate) fn has_friction(&self) -> bool {
         !matches!(self.stabilisation, Stabilisation::LooseSheet { friction: false, .. })
     }
 
     /// Sets viscous forces about a state, without perturbation.
-    pub(in crate::solver) fn continue_with(&mut self, damper: Damper) {
+    pub(crate) fn continue_with(&mut self, damper: Damper) {
         self.stabilisation = Stabilisation::Continuation { damper, push: None };
     }
 
     /// Removes the stabilisation; returns its viscous forces, if any.
-    pub(in crate::solver) fn release(&mut self) -> Option<Damper> {
+    pub(crate) fn release(&mut self) -> Option<Damper> {
         match std::mem::take(&mut self.stabilisation) {
             Stabilisation::None => None,
             Stabilisation::Continuation { damper, .. }
@@ -74,7 +74,7 @@ impl Regime {
     }
 
     /// Perturbation that moves the sheet out of an unstable equilibrium (three forces for each node) [N].
-    pub(in crate::solver) fn push(&self) -> Option<&[f64]> {
+    pub(crate) fn push(&self) -> Option<&[f64]> {
         match &self.stabilisation {
             Stabilisation::Continuation { push, .. } => push.as_deref(),
             _ => None,

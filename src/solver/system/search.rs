@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use super::system::System;
-use crate::solver::contact::candidate::Force;
-use crate::solver::tools::role::Role;
+use crate::contact::candidate::Force;
+use crate::tools::role::Role;
 
 impl System {
     /// Updates the foot points for the current positions.
-    pub(in crate::solver) fn search(&mut self) {
+    pub(crate) fn search(&mut self) {
         let start = Instant::now();
         let (x, present) = (self.positions(), self.present());
         self.contact.search(&x, &self.tools, &present, self.lengths.longest_edge);
@@ -16,7 +16,7 @@ impl System {
     }
 
     /// Updates the foot points on one tool, which has moved.
-    pub(in crate::solver) fn search_again(&mut self, tool: usize) {
+    pub(crate) fn search_again(&mut self, tool: usize) {
         let start = Instant::now();
         let x = self.positions();
         let only: Vec<bool> = (0..self.tools.len()).map(|other| other == tool).collect();
@@ -26,13 +26,13 @@ impl System {
 
     /// Makes the current positions of nodes and tools the reference of the next increment; `forces` are the contact
     /// forces of the candidates.
-    pub(in crate::solver) fn commit_contact(&mut self, forces: &[Force]) {
+    pub(crate) fn commit_contact(&mut self, forces: &[Force]) {
         let (x, present) = (self.positions(), self.present());
         let (transition, least) = (self.lengths.transition, self.scales.least());
         self.contact.commit(&x, (&self.tools, &present), transition, forces, least);
     }
 
-    pub(in crate::solver) fn present(&self) -> Vec<bool> {
+    pub(crate) fn present(&self) -> Vec<bool> {
         self.roles.iter().map(|r| *r != Role::Absent).collect()
     }
 }

@@ -7,14 +7,14 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::damper::shares;
 use super::system::System;
-use crate::geometry::Vec3;
-use crate::solver::linear::pattern::Pattern;
-use crate::solver::numbers::tolerances::{ACCURACY_REL, NEGLIGIBLE_REL, ROUNDING_REL};
-use crate::solver::sheet::rigid_motions::take_free_motions;
+use crate::linear::pattern::Pattern;
+use crate::numbers::tolerances::{ACCURACY_REL, NEGLIGIBLE_REL, ROUNDING_REL};
+use crate::sheet::rigid_motions::take_free_motions;
+use kanagata_geometry::Vec3;
 
 /// Dimension of the subspace of inverse iteration: the number of simultaneously unstable motions
 /// that are distinguished.
-pub(in crate::solver) const SUBSPACE_SIZE: usize = 4;
+pub(crate) const SUBSPACE_SIZE: usize = 4;
 
 /// Number of inverse iterations. Each reduces the part of a motion outside the subspace by the ratio of its stiffness
 /// to those beyond; only the sign of the lowest stiffness and the shape of its motion are needed, to about a per cent.
@@ -30,18 +30,18 @@ const BENDING_SHARE_MIN: f64 = 0.1;
 
 /// Perturbation along the softest motion.
 #[derive(Debug, Clone)]
-pub(in crate::solver) struct Push {
+pub(crate) struct Push {
     /// Forces, three for each node [N].
-    pub(in crate::solver) forces: Vec<f64>,
+    pub(crate) forces: Vec<f64>,
     /// Mean damper stiffness at which the motion neither grows nor decays [N/mm].
-    pub(in crate::solver) stiffness: f64,
+    pub(crate) stiffness: f64,
 }
 
 impl System {
     /// Perturbation along the softest motion at the last evaluated equilibrium, if its stiffness is negative. The
     /// motion is the lowest eigenvector of the projected tangent, by inverse iteration. Its sign is such that the
     /// first of the nodes with the largest displacement moves towards the top of the sheet. Overwrites the factors.
-    pub(in crate::solver) fn push(&mut self) -> Option<Push> {
+    pub(crate) fn push(&mut self) -> Option<Push> {
         if !self.body.is_symmetric() {
             return None;
         }
@@ -74,7 +74,7 @@ impl System {
     /// Whether all motions of negative stiffness are resisted by friction, or are rigid sliding of a sheet loaded
     /// only by tools, which costs nothing. The negative stiffness of sliding is due to contact at nodes, which move
     /// along curved tools while the point of contact stays. Overwrites the matrix.
-    pub(in crate::solver) fn tools_resist(&mut self) -> bool {
+    pub(crate) fn tools_resist(&mut self) -> bool {
         if !self.conditions.iter().any(|c| c.candidate.is_some()) {
             return false;
         }

@@ -11,9 +11,9 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::system::System;
-use crate::geometry::Mat3;
-use crate::solver::contact::condition::{Condition, resistance};
-use crate::solver::linear::pattern::Pattern;
+use crate::contact::condition::{Condition, resistance};
+use crate::linear::pattern::Pattern;
+use kanagata_geometry::Mat3;
 
 /// Stiffness added to every unknown over that of the mesh, so that rounding does not make free motions appear unstable.
 /// A thin sheet bends with 1e-9 of the stiffness of the mesh; a hundredth of that does not make it appear stable.
@@ -29,7 +29,7 @@ struct Motion {
 impl System {
     /// Whether the last evaluated equilibrium is stable. With an unsymmetric tangent this is unknown, and the
     /// equilibrium is taken as stable. Overwrites the factors.
-    pub(in crate::solver) fn lasts(&mut self) -> bool {
+    pub(crate) fn lasts(&mut self) -> bool {
         if !self.body.is_symmetric() {
             return true;
         }
@@ -41,7 +41,7 @@ impl System {
     }
 
     /// Sets the matrix to the tangent projected on the motions that tools, supports and friction permit.
-    pub(in crate::solver) fn project_tangent(&mut self) {
+    pub(crate) fn project_tangent(&mut self) {
         let motions = self.motions();
         let least = STABILITY_SHIFT_REL * self.scales.normal;
         self.matrix.set(self.body.pattern(), &mut self.eval.tangent, &[], true);

@@ -7,74 +7,74 @@ use rayon::prelude::*;
 use super::matrix::Matrix;
 use super::regime::Regime;
 use super::timings::Timings;
-use crate::cancel::Cancel;
-use crate::contact::friction::Coulomb;
-use crate::geometry::{Mat3, Vec3};
-use crate::solver::assembly::Body;
-use crate::solver::assembly::Foresight;
-use crate::solver::assembly::{ElementFailure, Evaluation};
-use crate::solver::contact::candidate::ContactSet;
-use crate::solver::contact::condition::{Condition, hold, touching, untouched};
-use crate::solver::contact::face_penetration::Penetration;
-use crate::solver::contact::frame::{Scales, can_touch};
-use crate::solver::element::Want;
-use crate::solver::linear::{CheckedSolver, LinearError, NodeRows};
-use crate::solver::numbers::tolerances::ROUNDING_REL;
-use crate::solver::sheet::sizes::{Lengths, edge_lengths};
-use crate::solver::sheet::supports::Constraints;
-use crate::solver::tools::role::Role;
-use crate::solver::tools::stop::Stop;
-use crate::solver::tools::tool::Tool;
+use crate::assembly::Body;
+use crate::assembly::Foresight;
+use crate::assembly::{ElementFailure, Evaluation};
+use crate::contact::candidate::ContactSet;
+use crate::contact::condition::{Condition, hold, touching, untouched};
+use crate::contact::face_penetration::Penetration;
+use crate::contact::frame::{Scales, can_touch};
+use crate::element::Want;
+use crate::linear::{CheckedSolver, LinearError, NodeRows};
+use crate::numbers::tolerances::ROUNDING_REL;
+use crate::sheet::sizes::{Lengths, edge_lengths};
+use crate::sheet::supports::Constraints;
+use crate::tools::role::Role;
+use crate::tools::stop::Stop;
+use crate::tools::tool::Tool;
+use kanagata_cancel::Cancel;
+use kanagata_contact::friction::Coulomb;
+use kanagata_geometry::{Mat3, Vec3};
 
 /// State of the iteration.
-pub(in crate::solver) struct System {
+pub(crate) struct System {
     /// Cancellation of the current increment.
-    pub(in crate::solver) cancel: Cancel,
-    pub(in crate::solver) body: Body,
-    pub(in crate::solver) constraints: Constraints,
-    pub(in crate::solver) tools: Vec<Tool>,
-    pub(in crate::solver) roles: Vec<Role>,
-    pub(in crate::solver) stops: Vec<Stop>,
-    pub(in crate::solver) contact: ContactSet,
+    pub(crate) cancel: Cancel,
+    pub(crate) body: Body,
+    pub(crate) constraints: Constraints,
+    pub(crate) tools: Vec<Tool>,
+    pub(crate) roles: Vec<Role>,
+    pub(crate) stops: Vec<Stop>,
+    pub(crate) contact: ContactSet,
     /// Faces and features for the measurement of penetration between nodes.
-    pub(in crate::solver) penetration: Penetration,
-    pub(in crate::solver) u: Vec<f64>,
+    pub(crate) penetration: Penetration,
+    pub(crate) u: Vec<f64>,
     /// Applied nodal forces (three for each node) [N].
-    pub(in crate::solver) applied: Vec<f64>,
-    pub(in crate::solver) eval: Evaluation,
+    pub(crate) applied: Vec<f64>,
+    pub(crate) eval: Evaluation,
     /// Loads and stabilisation in addition to tools and supports.
-    pub(in crate::solver) regime: Regime,
-    pub(in crate::solver) conditions: Vec<Condition>,
+    pub(crate) regime: Regime,
+    pub(crate) conditions: Vec<Condition>,
     /// Components held in the next correction, since the sheet is unconstrained ([`super::free_motions`]).
-    pub(in crate::solver) rigid_supports: Vec<(usize, usize)>,
+    pub(crate) rigid_supports: Vec<(usize, usize)>,
     /// Displacements at the start of a stage without tools; zero if the model has none.
-    pub(in crate::solver) stage_start: Vec<f64>,
-    pub(in crate::solver) scales: Scales,
-    pub(in crate::solver) lengths: Lengths,
-    pub(in crate::solver) timings: Timings,
-    pub(in crate::solver) solver: CheckedSolver,
-    pub(in crate::solver) node_rows: NodeRows,
-    pub(in crate::solver) matrix: Matrix,
+    pub(crate) stage_start: Vec<f64>,
+    pub(crate) scales: Scales,
+    pub(crate) lengths: Lengths,
+    pub(crate) timings: Timings,
+    pub(crate) solver: CheckedSolver,
+    pub(crate) node_rows: NodeRows,
+    pub(crate) matrix: Matrix,
     /// The factors are those of a symmetric matrix.
-    pub(in crate::solver) symmetric: bool,
+    pub(crate) symmetric: bool,
 }
 
 /// Norms of the residual.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in crate::solver) struct Residual {
+pub(crate) struct Residual {
     /// Norm of residual forces [N].
-    pub(in crate::solver) force: f64,
+    pub(crate) force: f64,
     /// Norm of contact forces and reactions [N].
-    pub(in crate::solver) reference: f64,
+    pub(crate) reference: f64,
     /// Largest violation of gap and stick conditions [mm].
-    pub(in crate::solver) length: f64,
+    pub(crate) length: f64,
     /// Largest penetration of a node [mm].
-    pub(in crate::solver) penetration: f64,
+    pub(crate) penetration: f64,
     /// Node with the largest residual force.
-    pub(in crate::solver) worst_node: usize,
-    pub(in crate::solver) slipping: usize,
+    pub(crate) worst_node: usize,
+    pub(crate) slipping: usize,
     /// Nodes in contact that stick according to the law without transition.
-    pub(in crate::solver) stuck: usize,
+    pub(crate) stuck: usize,
 }
 
 impl Residual {
@@ -90,7 +90,7 @@ impl Residual {
 }
 
 impl System {
-    pub(in crate::solver) fn new(
+    pub(crate) fn new(
         body: Body,
         mut constraints: Constraints,
         tools: Vec<Tool>,
@@ -130,29 +130,29 @@ impl System {
         })
     }
 
-    pub(in crate::solver) fn node_count(&self) -> usize {
+    pub(crate) fn node_count(&self) -> usize {
         self.constraints.len()
     }
 
     /// Displacement of a node.
-    pub(in crate::solver) fn displacement(&self, node: usize) -> Vec3 {
+    pub(crate) fn displacement(&self, node: usize) -> Vec3 {
         Vec3::from_column_slice(&self.u[3 * node..3 * node + 3])
     }
 
     /// Nodes that share an element with `node`, including itself.
-    pub(in crate::solver) fn neighbours(&self, node: usize) -> impl Iterator<Item = usize> {
+    pub(crate) fn neighbours(&self, node: usize) -> impl Iterator<Item = usize> {
         let pattern = self.body.pattern();
         let row = pattern.row_ptr[3 * node]..pattern.row_ptr[3 * node + 1];
         pattern.col_idx[row].iter().step_by(3).map(|column| column / 3)
     }
 
     /// Current position of a node.
-    pub(in crate::solver) fn position(&self, node: usize) -> Vec3 {
+    pub(crate) fn position(&self, node: usize) -> Vec3 {
         self.body.mesh().nodes[node] + self.displacement(node)
     }
 
     /// Evaluates the elements, and the dampers if there are any, at the current displacements.
-    pub(in crate::solver) fn evaluate(&mut self, want: Want) -> Result<(), ElementFailure> {
+    pub(crate) fn evaluate(&mut self, want: Want) -> Result<(), ElementFailure> {
         let start = Instant::now();
         self.body.mesh().set_means(&mut self.u);
         let done = self.body.evaluate(&self.u, want, &mut self.eval);
@@ -160,10 +160,7 @@ impl System {
     }
 
     /// As [`Self::evaluate`] for the law linearised at the predicted strains, with its tangent.
-    pub(in crate::solver) fn evaluate_foreseen(
-        &mut self,
-        foresight: Foresight,
-    ) -> Result<(), ElementFailure> {
+    pub(crate) fn evaluate_foreseen(&mut self, foresight: Foresight) -> Result<(), ElementFailure> {
         let start = Instant::now();
         self.body.mesh().set_means(&mut self.u);
         let done = self.body.evaluate_foreseen(&self.u, foresight, &mut self.eval);
@@ -171,7 +168,7 @@ impl System {
     }
 
     /// As [`Self::evaluate`] with the plastic tangent at all points on the yield surface.
-    pub(in crate::solver) fn evaluate_at_yield(&mut self) -> Result<(), ElementFailure> {
+    pub(crate) fn evaluate_at_yield(&mut self) -> Result<(), ElementFailure> {
         let start = Instant::now();
         self.body.mesh().set_means(&mut self.u);
         let done = self.body.evaluate_at_yield(&self.u, &mut self.eval);
@@ -195,14 +192,14 @@ impl System {
         done
     }
 
-    pub(in crate::solver) fn positions(&self) -> Vec<Vec3> {
+    pub(crate) fn positions(&self) -> Vec<Vec3> {
         (0..self.node_count()).map(|node| self.position(node)).collect()
     }
 
     /// Sets the scales of the conditions from the tangent of the undeformed sheet. They are means of the largest and
     /// the smallest stiffness of a node over all directions, so that they do not depend on the axes. `stiffness` is
     /// that of contact springs over that of the mesh, if there are any.
-    pub(in crate::solver) fn set_scales(&mut self, stiffness: Option<f64>) {
+    pub(crate) fn set_scales(&mut self, stiffness: Option<f64>) {
         let (mut most, mut least) = (0.0, 0.0);
         let count = self.body.mesh().free_node_count().max(1) as f64;
         for node in (0..self.node_count()).filter(|&node| !self.constraints.is_hanging(node)) {
@@ -231,7 +228,7 @@ impl System {
 
     /// Sets the multipliers of the augmented Lagrangian method to the current forces if a gap exceeds `allowed` [mm];
     /// returns whether it did.
-    pub(in crate::solver) fn augment(&mut self, allowed: f64) -> bool {
+    pub(crate) fn augment(&mut self, allowed: f64) -> bool {
         if self.contact.active().all(|(_, c)| c.foot.gap.abs() <= allowed) {
             return false;
         }
@@ -243,7 +240,7 @@ impl System {
 
     /// Conditions of all nodes that are held or in contact, and the norm of the residual. Nodes in contact that no
     /// tool can push separate.
-    pub(in crate::solver) fn assemble(&mut self) -> Residual {
+    pub(crate) fn assemble(&mut self) -> Residual {
         let start = Instant::now();
         let touching = self.touching_conditions();
         self.rigid_supports = self.find_rigid_supports(&touching);
@@ -317,7 +314,7 @@ impl System {
     }
 
     /// Residual force at every node [N]: of equilibrium, or of Coulomb's law if a tool or a support carries the rest.
-    pub(in crate::solver) fn unbalanced(&self) -> impl Iterator<Item = Vec3> {
+    pub(crate) fn unbalanced(&self) -> impl Iterator<Item = Vec3> {
         let mut conditions = self.conditions.iter().peekable();
         (0..self.node_count()).map(move |node| {
             conditions.next_if(|c| c.node == node).map_or_else(|| self.force_at(node), |c| c.force)
@@ -325,7 +322,7 @@ impl System {
     }
 
     /// Stores the sliding state of every candidate in contact; once per iterate.
-    pub(in crate::solver) fn remember_sliding(&mut self) {
+    pub(crate) fn remember_sliding(&mut self) {
         for c in &self.conditions {
             if let Some(k) = c.candidate {
                 self.contact.candidates[k].sliding = !c.stuck;
@@ -357,13 +354,13 @@ impl System {
     }
 
     /// Friction law of a tool.
-    pub(in crate::solver) fn law(&self, tool: usize) -> Coulomb {
+    pub(crate) fn law(&self, tool: usize) -> Coulomb {
         let mu = if self.has_friction(tool) { self.tools[tool].setup.friction } else { 0.0 };
         Coulomb { mu, transition: self.lengths.transition }
     }
 
     /// Whether contact of this candidate is admissible.
-    pub(in crate::solver) fn can_touch(&self, k: usize) -> bool {
+    pub(crate) fn can_touch(&self, k: usize) -> bool {
         let c = &self.contact.candidates[k];
         self.roles[c.tool] != Role::Absent && can_touch(c, &self.constraints.free_projector(c.node))
     }

@@ -39,7 +39,7 @@ pub struct Timings {
 
 impl Timings {
     /// These times with the counts of `other`.
-    pub(in crate::solver) fn with_counts_of(self, other: &Self) -> Self {
+    pub(crate) fn with_counts_of(self, other: &Self) -> Self {
         let &Self { factorisations, updates, cycling, .. } = other;
         Self { factorisations, updates, cycling, ..self }
     }

@@ -1,14 +1,14 @@
 //! Unconstrained sheets moved by tools, and a sheet pushed without friction.
 
 use super::{body, setup, stage, steel, tool};
-use crate::contact::test_tools::{Builder, Piece, arc, line};
-use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{
+use crate::sheet::hex_mesh::rectangle;
+use crate::test_tools::{Builder, Piece, arc, line};
+use crate::{
     Constraints, Control, Curve, IncrementReport, Motion, RunSummary, SheetSide, Simulation,
     SimulationSetup, ToolSetup,
 };
-use crate::tool::ToolModel;
+use kanagata_geometry::Vec3;
+use kanagata_tool::ToolModel;
 
 /// Final state of a run: largest force of each tool [N], displacements [mm], summary.
 struct End {

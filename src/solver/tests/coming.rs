@@ -1,13 +1,13 @@
 //! Tools that approach from a distance in one step, by travel or by force, and tools clear of the sheet.
 
 use super::{body, setup, stage, steel, tool};
-use crate::contact::test_tools::{Builder, plane};
-use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{
+use crate::sheet::hex_mesh::rectangle;
+use crate::test_tools::{Builder, plane};
+use crate::{
     Constraints, ContactMethod, Control, Curve, IncrementReport, Motion, Placement, SheetSide,
     Simulation, SimulationError, SimulationSetup, Stage, ToolSetup,
 };
+use kanagata_geometry::Vec3;
 
 /// Initial height of the plate above the sheet [mm]: some element lengths.
 const AWAY: f64 = 9.0;

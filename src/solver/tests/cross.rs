@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use super::{body, stage, tool};
-use crate::contact::test_tools::cross;
-use crate::geometry::Vec3;
-use crate::solver::material::elastic::Elastic;
-use crate::solver::material::hardening::Hardening;
-use crate::solver::material::hill48::Hill48;
-use crate::solver::material::plastic::Plastic;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{
+use crate::material::elastic::Elastic;
+use crate::material::hardening::Hardening;
+use crate::material::hill48::Hill48;
+use crate::material::plastic::Plastic;
+use crate::sheet::hex_mesh::rectangle;
+use crate::test_tools::cross;
+use crate::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, Placement, SheetSide, Simulation,
     SimulationSetup,
 };
+use kanagata_geometry::Vec3;
 
 fn setup(n: usize, depth: f64) -> SimulationSetup {
     let mesh = rectangle(125.0, 125.0, 0.8, n, n, 2);

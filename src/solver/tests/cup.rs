@@ -4,19 +4,19 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use super::{body, stage, tool};
-use crate::contact::test_tools::{arc, line, revolved};
-use crate::geometry::Vec3;
-use crate::solver::material::elastic::Elastic;
-use crate::solver::material::hardening::Hardening;
-use crate::solver::material::hill48::Hill48;
-use crate::solver::material::plastic::Plastic;
-use crate::solver::newton::record::{IterationRecord, convergence_order};
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::snapshot::SimulationState;
-use crate::solver::{
+use crate::material::elastic::Elastic;
+use crate::material::hardening::Hardening;
+use crate::material::hill48::Hill48;
+use crate::material::plastic::Plastic;
+use crate::newton::record::{IterationRecord, convergence_order};
+use crate::sheet::hex_mesh::rectangle;
+use crate::snapshot::SimulationState;
+use crate::test_tools::{arc, line, revolved};
+use crate::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, Placement, SheetSide, Simulation,
     SimulationSetup, Stage,
 };
+use kanagata_geometry::Vec3;
 
 /// Size of the case. `unit` is the length of a millimetre in the unit of the run.
 pub(super) struct Case {

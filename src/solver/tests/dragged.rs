@@ -2,12 +2,12 @@
 
 use super::claims::square;
 use super::{body, setup, stage, steel, tool};
-use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{
+use crate::sheet::hex_mesh::rectangle;
+use crate::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationError,
     Stage, ToolSetup,
 };
+use kanagata_geometry::Vec3;
 
 /// Final states of the stages of a plate pressed on a sheet of 10 x 10 mm with 500 N and moved along it: its travel
 /// [mm], and its friction over the Coulomb limit.

@@ -1,13 +1,13 @@
 //! Sheets that overhang a tool edge, and sheets that do not.
 
 use super::{body, setup, stage, steel, tool};
-use crate::contact::test_tools::plane;
-use crate::geometry::Vec3;
-use crate::solver::active_set::over_edge::OverEdge;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{
+use crate::active_set::over_edge::OverEdge;
+use crate::sheet::hex_mesh::rectangle;
+use crate::test_tools::plane;
+use crate::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
 };
+use kanagata_geometry::Vec3;
 
 /// A strip of 60 x 4 x 1 mm, clamped at one end, on a table that ends at `end`; its other end is loaded by 100 N
 /// downwards, or upwards.

@@ -1,16 +1,16 @@
 //! Unconstrained sheet: at rest until a tool arrives, then carried by it; damped without tools.
 
 use super::{body, setup, stage, steel, tool};
-use crate::contact::test_tools::plane;
-use crate::geometry::Vec3;
-use crate::solver::newton::outcome::Patience;
-use crate::solver::newton::solve::solve;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::system::damper::Damper;
-use crate::solver::{
+use crate::newton::outcome::Patience;
+use crate::newton::solve::solve;
+use crate::sheet::hex_mesh::rectangle;
+use crate::system::damper::Damper;
+use crate::test_tools::plane;
+use crate::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, RunSummary, SheetSide,
     Simulation, SimulationSetup,
 };
+use kanagata_geometry::Vec3;
 
 /// Displacements [mm] at a travel of the tool [mm].
 type State = (f64, Vec<Vec3>);

@@ -1,11 +1,11 @@
 //! Inverted elements: the strains of a solid-shell, computed from lengths, do not detect inversion.
 
 use super::{setup, stage, steel};
-use crate::solver::assembly::Body;
-use crate::solver::element::{ElementKind, FailureReason};
-use crate::solver::newton::outcome::NewtonError;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{
+use crate::assembly::Body;
+use crate::element::{ElementKind, FailureReason};
+use crate::newton::outcome::NewtonError;
+use crate::sheet::hex_mesh::rectangle;
+use crate::{
     Constraints, Control, Curve, IncrementReport, Simulation, SimulationError, SimulationSetup,
 };
 

@@ -1,10 +1,8 @@
 //! Increments with the ends of an earlier run.
 
 use super::cup::{QUICK, cup};
-use crate::cancel::Cancel;
-use crate::solver::{
-    Control, IncrementReport, RunSummary, Simulation, SimulationError, SimulationSetup,
-};
+use crate::{Control, IncrementReport, RunSummary, Simulation, SimulationError, SimulationSetup};
+use kanagata_cancel::Cancel;
 
 /// Stage, fraction and iterations of every increment, step cuts, and final displacements.
 fn run(setup: SimulationSetup) -> (Vec<(usize, f64, usize)>, usize, Vec<f64>) {

@@ -2,17 +2,17 @@
 
 use super::carried::along_y;
 use super::{setup, stage, tool};
-use crate::contact::test_tools::{arc, line};
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::material::card::{self, MaterialCard};
-use crate::solver::report::Energies;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{
+use crate::assembly::Body;
+use crate::element::ElementKind;
+use crate::material::card::{self, MaterialCard};
+use crate::report::Energies;
+use crate::sheet::hex_mesh::rectangle;
+use crate::test_tools::{arc, line};
+use crate::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, SheetSide, Simulation,
     SimulationSetup, Stage, ToolSetup,
 };
+use kanagata_geometry::Vec3;
 
 /// Half of a strip of 80 x 5 x 1 mm drawn 25 mm into a die by a punch against a pad, followed by the given stages.
 fn drawn(then: Vec<Stage>) -> SimulationSetup {

@@ -7,17 +7,17 @@ use nalgebra::{DMatrix, DVector};
 
 use super::cup::{QUICK, cup};
 use super::{setup, stage, steel, tool};
-use crate::contact::test_tools::{arc, revolved};
-use crate::geometry::{Mat3, Vec3};
-use crate::solver::assembly::{Body, Evaluation};
-use crate::solver::element::{ElementKind, Want};
-use crate::solver::material::card;
-use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
-use crate::solver::sheet::refine::{Refinement, plan_elements};
-use crate::solver::{
+use crate::assembly::{Body, Evaluation};
+use crate::element::{ElementKind, Want};
+use crate::material::card;
+use crate::sheet::hex_mesh::{HexMesh, rectangle};
+use crate::sheet::refine::{Refinement, plan_elements};
+use crate::test_tools::{arc, revolved};
+use crate::{
     Constraints, Control, Curve, IncrementReport, Motion, Placement, SheetSide, Simulation,
     SimulationSetup, ToolSetup,
 };
+use kanagata_geometry::{Mat3, Vec3};
 
 const KINDS: [ElementKind; 3] = [
     ElementKind::Hex8,
@@ -337,7 +337,7 @@ fn a_refined_cup_is_the_same_for_any_number_of_threads_and_over_a_restart() {
         .unwrap();
     }
     let text = serde_json::to_string(&sim.state()).unwrap();
-    let mut state: crate::solver::snapshot::SimulationState = serde_json::from_str(&text).unwrap();
+    let mut state: crate::snapshot::SimulationState = serde_json::from_str(&text).unwrap();
     state.material = sim.state().material;
     let mut sim = Simulation::new(refined_cup(ElementKind::Hex8)).unwrap();
     sim.resume(state).unwrap();

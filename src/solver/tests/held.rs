@@ -3,12 +3,12 @@
 
 use super::claims::square;
 use super::{body, setup, stage, steel, tool};
-use crate::contact::test_tools::plane;
-use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{
+use crate::sheet::hex_mesh::rectangle;
+use crate::test_tools::plane;
+use crate::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
 };
+use kanagata_geometry::Vec3;
 
 /// Final state of a wall: force vector [N], travel [mm], its work and that of friction [N mm].
 struct End {

@@ -3,8 +3,8 @@
 //! A disc under a ball is first bent and then stretched.
 
 use super::refined_disc::{disc, stretched};
-use crate::solver::assembly::WorkError;
-use crate::solver::{Control, IncrementReport, Simulation};
+use crate::assembly::WorkError;
+use crate::{Control, IncrementReport, Simulation};
 
 const TRAVEL: f64 = 4.0;
 

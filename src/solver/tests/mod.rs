@@ -29,17 +29,17 @@ mod turned;
 
 use std::sync::Arc;
 
-use crate::contact::ToolSurface;
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::material::Material;
-use crate::solver::material::elastic::Elastic;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::{
+use crate::assembly::Body;
+use crate::element::ElementKind;
+use crate::material::Material;
+use crate::material::elastic::Elastic;
+use crate::sheet::hex_mesh::HexMesh;
+use crate::{
     Constraints, Curve, Limits, Motion, Placement, SheetSide, SimulationSetup, Stage, ToolSetup,
 };
-use crate::tool::ToolModel;
+use kanagata_contact::ToolSurface;
+use kanagata_geometry::Vec3;
+use kanagata_tool::ToolModel;
 
 pub(super) fn steel() -> Arc<Elastic> {
     Arc::new(Elastic { young: 210_000.0, poisson: 0.3 })

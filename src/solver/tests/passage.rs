@@ -1,10 +1,10 @@
 //! Tools with narrow noses, which a step could move past nodes of the sheet undetected.
 
 use super::{body, setup, stage, steel, tool};
-use crate::contact::test_tools::{Builder, Piece, arc, line};
-use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation};
+use crate::sheet::hex_mesh::rectangle;
+use crate::test_tools::{Builder, Piece, arc, line};
+use crate::{Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation};
+use kanagata_geometry::Vec3;
 
 const PI: f64 = std::f64::consts::PI;
 

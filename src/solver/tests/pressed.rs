@@ -2,13 +2,13 @@
 
 use super::claims::square;
 use super::{setup, stage, tool};
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::material::card::MaterialCard;
-use crate::solver::report::Energies;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation};
+use crate::assembly::Body;
+use crate::element::ElementKind;
+use crate::material::card::MaterialCard;
+use crate::report::Energies;
+use crate::sheet::hex_mesh::rectangle;
+use crate::{Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation};
+use kanagata_geometry::Vec3;
 
 const THICKNESS: f64 = 0.8;
 const SHELL: ElementKind = ElementKind::SolidShell { points: 5, membrane: true };

@@ -3,17 +3,17 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use super::{setup, stage, tool};
-use crate::contact::test_tools::{arc, revolved};
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::material::card::MaterialCard;
-use crate::solver::sheet::hex_mesh::{HexMesh, quarter_disc, thickened};
-use crate::solver::sheet::refine::{Refinement, plan_elements};
-use crate::solver::{
+use crate::assembly::Body;
+use crate::element::ElementKind;
+use crate::material::card::MaterialCard;
+use crate::sheet::hex_mesh::{HexMesh, quarter_disc, thickened};
+use crate::sheet::refine::{Refinement, plan_elements};
+use crate::test_tools::{arc, revolved};
+use crate::{
     Constraints, Control, Curve, IncrementReport, Motion, Placement, SheetSide, Simulation,
     SimulationSetup, ToolSetup,
 };
+use kanagata_geometry::Vec3;
 
 /// Radius of the disc [mm].
 const RADIUS: f64 = 60.0;

@@ -2,14 +2,14 @@
 
 use super::claims::square;
 use super::{body, setup, stage, steel, tool};
-use crate::contact::test_tools::plane;
-use crate::geometry::Vec3;
-use crate::solver::report::Energies;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{
+use crate::report::Energies;
+use crate::sheet::hex_mesh::rectangle;
+use crate::test_tools::plane;
+use crate::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, SheetSide, Simulation,
     SimulationSetup,
 };
+use kanagata_geometry::Vec3;
 
 /// Fraction of the second stage at which the state is checked.
 const FIRST: f64 = 1e-3;

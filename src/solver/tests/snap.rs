@@ -4,23 +4,23 @@
 use std::sync::Arc;
 
 use super::{setup, stage, steel, tool};
-use crate::contact::test_tools::plane;
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::increment::limit_point::relax;
-use crate::solver::material::elastic::Elastic;
-use crate::solver::material::hardening::Hardening;
-use crate::solver::material::hill48::Hill48;
-use crate::solver::material::plastic::Plastic;
-use crate::solver::newton::outcome::NewtonError;
-use crate::solver::report::{Energies, RunSummary};
-use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
-use crate::solver::stage::step_size::Endurance;
-use crate::solver::{
+use crate::assembly::Body;
+use crate::element::ElementKind;
+use crate::increment::limit_point::relax;
+use crate::material::elastic::Elastic;
+use crate::material::hardening::Hardening;
+use crate::material::hill48::Hill48;
+use crate::material::plastic::Plastic;
+use crate::newton::outcome::NewtonError;
+use crate::report::{Energies, RunSummary};
+use crate::sheet::hex_mesh::{HexMesh, rectangle};
+use crate::stage::step_size::Endurance;
+use crate::test_tools::plane;
+use crate::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationError,
     SimulationSetup,
 };
+use kanagata_geometry::Vec3;
 
 const HALF: f64 = 20.0;
 const RISE: f64 = 1.0;

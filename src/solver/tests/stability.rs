@@ -2,15 +2,15 @@
 
 use super::carried::along_y;
 use super::{setup, stage, steel, tool};
-use crate::contact::test_tools::{arc, plane};
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::material::card::MaterialCard;
-use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
-use crate::solver::{
+use crate::assembly::Body;
+use crate::element::ElementKind;
+use crate::material::card::MaterialCard;
+use crate::sheet::hex_mesh::{HexMesh, rectangle};
+use crate::test_tools::{arc, plane};
+use crate::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
 };
+use kanagata_geometry::Vec3;
 
 const LENGTH: f64 = 60.0;
 
@@ -256,7 +256,7 @@ fn bent_on_rolls(friction: f64, along: f64) -> ([usize; 4], f64) {
     let body = Body::new(mesh, kind, card.build(0.0).unwrap()).unwrap();
     let setup = SimulationSetup {
         loads,
-        limits: crate::solver::Limits::default(),
+        limits: crate::Limits::default(),
         ..setup(body, constraints, tools, vec![press])
     };
     let mut sim = Simulation::new(setup).unwrap();
@@ -309,7 +309,7 @@ fn lies_on_a_roll(radius: f64) -> bool {
     rest.load = Curve::constant(1.0);
     let setup = SimulationSetup {
         loads,
-        limits: crate::solver::Limits::default(),
+        limits: crate::Limits::default(),
         ..setup(body(mesh), constraints, vec![roll], vec![rest])
     };
     let mut unstable = 0;

@@ -1,14 +1,14 @@
 //! Active-set cycling: a strip that buckles from wall to wall.
 
 use super::{setup, stage, steel, tool};
-use crate::contact::test_tools::plane;
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{
+use crate::assembly::Body;
+use crate::element::ElementKind;
+use crate::sheet::hex_mesh::rectangle;
+use crate::test_tools::plane;
+use crate::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
 };
+use kanagata_geometry::Vec3;
 
 const LENGTH: f64 = 60.0;
 const THICKNESS: f64 = 0.2;

@@ -2,13 +2,13 @@
 //! when the sheet pushes with more than the force.
 
 use super::{body, setup, stage, steel, tool};
-use crate::contact::test_tools::plane;
-use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{
+use crate::sheet::hex_mesh::rectangle;
+use crate::test_tools::plane;
+use crate::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
     ToolSetup,
 };
+use kanagata_geometry::Vec3;
 
 /// Travel of the pad's stop [mm].
 const STOP: f64 = 0.5;

@@ -4,14 +4,14 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::{body, setup, stage, steel, tool};
-use crate::contact::Location;
-use crate::contact::test_tools::{arc, revolved};
-use crate::geometry::Vec3;
-use crate::solver::element::Want;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::system::system::System;
-use crate::solver::tools::role::Role;
-use crate::solver::{Constraints, Curve, Motion, SheetSide, Simulation};
+use crate::element::Want;
+use crate::sheet::hex_mesh::rectangle;
+use crate::system::system::System;
+use crate::test_tools::{arc, revolved};
+use crate::tools::role::Role;
+use crate::{Constraints, Curve, Motion, SheetSide, Simulation};
+use kanagata_contact::Location;
+use kanagata_geometry::Vec3;
 
 /// A small block under a ball of Nagata patches, pushed in and slightly rotated, with all admissible contacts active.
 fn pressed(mu: f64, stiffness: Option<f64>) -> System {

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen};
 
 use super::body;
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::assembly::Evaluation;
-use crate::solver::element::{ElementKind, Want};
-use crate::solver::material::card;
-use crate::solver::sheet::hex_mesh::rectangle;
+use crate::assembly::Body;
+use crate::assembly::Evaluation;
+use crate::element::{ElementKind, Want};
+use crate::material::card;
+use crate::sheet::hex_mesh::rectangle;
+use kanagata_geometry::Vec3;
 
 /// Logarithmic strain: xx, yy, zz, 2 xy, 2 yz, 2 zx.
 type Strain = [f64; 6];

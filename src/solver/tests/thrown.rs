@@ -1,15 +1,15 @@
 //! Tools driven by force without resistance: limit of their correction, and the first node along their direction.
 
 use super::{body, setup, steel, tool};
-use crate::contact::test_tools::Builder;
-use crate::geometry::Vec3;
-use crate::solver::active_set::driven_tools::{keep_pushed_tools, oppose};
-use crate::solver::newton::solve::step_length_limit;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::system::correction::Correction;
-use crate::solver::system::system::System;
-use crate::solver::tools::role::Role;
-use crate::solver::{Constraints, SheetSide, Simulation};
+use crate::active_set::driven_tools::{keep_pushed_tools, oppose};
+use crate::newton::solve::step_length_limit;
+use crate::sheet::hex_mesh::rectangle;
+use crate::system::correction::Correction;
+use crate::system::system::System;
+use crate::test_tools::Builder;
+use crate::tools::role::Role;
+use crate::{Constraints, SheetSide, Simulation};
+use kanagata_geometry::Vec3;
 
 /// A sheet descending in steps of 4 mm, one node every 2 mm, and a rod of radius 2 mm pushed down with its axis at x
 /// = 8.5, z = 10.

@@ -5,20 +5,20 @@ use std::sync::Arc;
 use nalgebra::{Rotation3, Unit};
 
 use super::{setup, stage, tool};
-use crate::contact::test_tools::{Builder, plane};
-use crate::geometry::{Mat3, Vec3};
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::material::elastic::Elastic;
-use crate::solver::material::hardening::Hardening;
-use crate::solver::material::hill48::Hill48;
-use crate::solver::material::plastic::Plastic;
-use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
-use crate::solver::sheet::refine::{Refinement, plan_elements};
-use crate::solver::{
+use crate::assembly::Body;
+use crate::element::ElementKind;
+use crate::material::elastic::Elastic;
+use crate::material::hardening::Hardening;
+use crate::material::hill48::Hill48;
+use crate::material::plastic::Plastic;
+use crate::sheet::hex_mesh::{HexMesh, rectangle};
+use crate::sheet::refine::{Refinement, plan_elements};
+use crate::test_tools::{Builder, plane};
+use crate::{
     Constraints, Control, Curve, IncrementReport, Motion, Placement, SheetSide, Simulation, Stage,
     ToolSetup,
 };
+use kanagata_geometry::{Mat3, Vec3};
 
 /// Element formulation and number of layers.
 type Element = (ElementKind, usize);

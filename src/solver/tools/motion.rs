@@ -1,6 +1,6 @@
 //! Motions of tools over a stage.
 
-use crate::solver::numbers::tolerances::NEGLIGIBLE_REL;
+use crate::numbers::tolerances::NEGLIGIBLE_REL;
 
 /// Piecewise linear curve over the fraction of the time of a stage, 0 to 1; constant beyond its ends.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +54,7 @@ impl Curve {
 
     /// Fractions inside the stage at which the slope of the curve changes. Points within [`NEGLIGIBLE_REL`] of
     /// the extent of the curve from a straight line, as in a dense table of a smooth curve, are not corners.
-    pub(in crate::solver) fn corners(&self) -> Vec<f64> {
+    pub(crate) fn corners(&self) -> Vec<f64> {
         let [low, high] = self.extent();
         let tolerance = NEGLIGIBLE_REL * (high - low);
         let mut out = Vec::new();
@@ -83,7 +83,7 @@ impl Curve {
 
     /// Slopes of the lines that end and begin at `fraction`; both are that of the line around it if it is no point of
     /// the curve.
-    pub(in crate::solver) fn rates(&self, fraction: f64) -> [f64; 2] {
+    pub(crate) fn rates(&self, fraction: f64) -> [f64; 2] {
         let ends = [
             self.points.partition_point(|p| p.0 < fraction),
             self.points.partition_point(|p| p.0 <= fraction),
@@ -135,7 +135,7 @@ pub enum Motion {
 
 impl Motion {
     /// Curve of the motion, if it has one.
-    pub(in crate::solver) fn curve(&self) -> Option<&Curve> {
+    pub(crate) fn curve(&self) -> Option<&Curve> {
         match self {
             Self::Travel(curve) | Self::Advance(curve) | Self::Force(curve) => Some(curve),
             Self::Spring { force, .. } => Some(force),

@@ -2,7 +2,7 @@
 
 /// Control of a tool during the current increment.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::solver) enum Role {
+pub(crate) enum Role {
     /// Absent.
     Absent,
     /// Prescribed travel.
@@ -15,7 +15,7 @@ pub(in crate::solver) enum Role {
 
 impl Role {
     /// Prescribed force at the given travel [N] of a tool with unknown travel.
-    pub(in crate::solver) fn push(self, travel: f64) -> Option<f64> {
+    pub(crate) fn push(self, travel: f64) -> Option<f64> {
         match self {
             Self::Force(force) => Some(force),
             Self::Spring { force, stiffness } => Some(force - stiffness * travel),
@@ -24,7 +24,7 @@ impl Role {
     }
 
     /// Decrease of the force per travel [N/mm].
-    pub(in crate::solver) fn stiffness(self) -> f64 {
+    pub(crate) fn stiffness(self) -> f64 {
         if let Self::Spring { stiffness, .. } = self { stiffness } else { 0.0 }
     }
 }

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::way::{FACING_COS_MIN, distance_along};
-use crate::contact::{Projection, ToolSurface};
-use crate::geometry::{Aabb, Vec3};
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::tool::Patch;
+use crate::sheet::hex_mesh::HexMesh;
+use kanagata_contact::{Projection, ToolSurface};
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_tool::Patch;
 
 /// Faces of the sheet that a tool may touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -63,7 +63,7 @@ pub struct ToolSetup {
 
 impl ToolSetup {
     /// Message for a tool that cannot be placed at the nodes `points` [mm]: probable cause and remedy.
-    pub(in crate::solver) fn placement_remedy(&self, points: &[Vec3]) -> String {
+    pub(crate) fn placement_remedy(&self, points: &[Vec3]) -> String {
         let mut message = if self.looks_back() {
             "its foremost faces look away from the sheet: turn their normals round, or its `direction`, which points towards the sheet"
         } else {
@@ -78,7 +78,7 @@ impl ToolSetup {
     }
 
     /// Whether the foremost patch along the direction faces away from the sheet: the tool is inverted or rotated.
-    pub(in crate::solver) fn looks_back(&self) -> bool {
+    pub(crate) fn looks_back(&self) -> bool {
         let seen = |patch: &Patch| {
             let (eta, zeta) = (0.5, 0.25);
             Some((patch.derivs(eta, zeta).s.dot(&self.direction), patch.normal(eta, zeta)?))
@@ -91,34 +91,30 @@ impl ToolSetup {
 
 /// State of a tool during the run.
 #[derive(Clone)]
-pub(in crate::solver) struct Tool {
-    pub(in crate::solver) setup: ToolSetup,
+pub(crate) struct Tool {
+    pub(crate) setup: ToolSetup,
     /// Travel [mm].
-    pub(in crate::solver) travel: f64,
+    pub(crate) travel: f64,
 }
 
 impl Tool {
     /// Current shift from the frame of the tool to the world [mm].
-    pub(in crate::solver) fn shift(&self) -> Vec3 {
+    pub(crate) fn shift(&self) -> Vec3 {
         self.setup.offset + self.setup.direction * self.travel
     }
 
     /// Closest point for a world point; the foot point is in the frame of the tool.
-    pub(in crate::solver) fn closest(&self, x: &Vec3, hint: Option<u32>) -> Projection {
+    pub(crate) fn closest(&self, x: &Vec3, hint: Option<u32>) -> Projection {
         self.setup.surface.closest(&(x - self.shift()), hint)
     }
 
     /// As [`Tool::closest`] within a distance of `reach` [mm]; no foot point beyond.
-    pub(in crate::solver) fn within(&self, x: &Vec3, hint: Option<u32>, reach: f64) -> Projection {
+    pub(crate) fn within(&self, x: &Vec3, hint: Option<u32>, reach: f64) -> Projection {
         self.setup.surface.within(&(x - self.shift()), hint, reach)
     }
 
     /// Projection onto the extension of the patch of `from`; `None` if too far beyond its sides.
-    pub(in crate::solver) fn extended_projection(
-        &self,
-        x: &Vec3,
-        from: &Projection,
-    ) -> Option<Projection> {
+    pub(crate) fn extended_projection(&self, x: &Vec3, from: &Projection) -> Option<Projection> {
         self.setup.surface.extended_projection(&(x - self.shift()), from)
     }
 
@@ -127,7 +123,7 @@ impl Tool {
     ///
     /// The tool starts clear of the points and advances by the smallest gap in each iteration (no point can be
     /// reached earlier); the last iterations are Newton steps.
-    pub(in crate::solver) fn place_touching(&mut self, points: &[Vec3]) -> Option<f64> {
+    pub(crate) fn place_touching(&mut self, points: &[Vec3]) -> Option<f64> {
         let d = self.setup.direction;
         let start = self.setup.offset;
         let bounds = self.setup.surface.bounds();
@@ -197,8 +193,8 @@ mod tests {
     use std::f64::consts::{FRAC_PI_2, TAU};
 
     use super::*;
-    use crate::contact::test_tools::{arc, revolved};
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::sheet::hex_mesh::rectangle;
+    use crate::test_tools::{arc, revolved};
 
     /// Places a ball on a sheet of 4 x 4 mm from above: shift, or message.
     fn placed(radius: f64, side: f64) -> Result<f64, String> {

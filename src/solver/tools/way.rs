@@ -1,19 +1,19 @@
 //! Conservative advancement: points that move along a line towards the surface of a tool.
 
-use crate::contact::{Projection, ToolSurface};
-use crate::geometry::Vec3;
-use crate::solver::numbers::tolerances::ACCURACY_REL;
+use crate::numbers::tolerances::ACCURACY_REL;
+use kanagata_contact::{Projection, ToolSurface};
+use kanagata_geometry::Vec3;
 
 /// Minimum cosine between the direction of a tool and a contact normal; below, the surface is a wall along the
 /// direction and makes no contact.
-pub(in crate::solver) const FACING_COS_MIN: f64 = 0.05;
+pub(crate) const FACING_COS_MIN: f64 = 0.05;
 /// Minimum step along the line over the search radius: features of this size are resolved.
-pub(in crate::solver) const RESOLUTION_REL: f64 = 0.01;
+pub(crate) const RESOLUTION_REL: f64 = 0.01;
 
 /// Points on a line from `from` (in the frame of the surface) along the unit vector `along`, up to `length` [mm], with
 /// their closest points: distance along the line, closest point. Each step is the current distance from the surface,
 /// which no feature can undercut, at least [`RESOLUTION_REL`] times `reach` [mm]. The last point is at `length`.
-pub(in crate::solver) fn advance(
+pub(crate) fn advance(
     surface: &ToolSurface,
     from: &Vec3,
     along: &Vec3,
@@ -33,7 +33,7 @@ pub(in crate::solver) fn advance(
 
 /// Distance along the unit vector `along` [mm] that a surface travels until it meets `place` (in the frame of the
 /// surface) with a normal that satisfies `pushes`; `None` beyond `distance_max` [mm].
-pub(in crate::solver) fn distance_along(
+pub(crate) fn distance_along(
     surface: &ToolSurface,
     place: &Vec3,
     along: &Vec3,

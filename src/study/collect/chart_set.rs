@@ -2,11 +2,11 @@
 
 use super::row::Row;
 use super::table::{PHASES, rest, seconds};
-use crate::report::bars::Bars;
-use crate::report::drawing::{Chart, Line};
-use crate::report::record::RunRecord;
-use crate::study::compare::pareto_front;
-use crate::study::file::Study;
+use crate::compare::pareto_front;
+use crate::file::Study;
+use kanagata_report::bars::Bars;
+use kanagata_report::drawing::{Chart, Line};
+use kanagata_report::record::RunRecord;
 
 /// A profile or a curve of a row.
 type ProfileOf = for<'r, 'c> fn(&'r Row<'c>) -> &'r [(f64, f64)];

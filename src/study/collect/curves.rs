@@ -1,6 +1,6 @@
 //! Differences of force-travel curves.
 
-use crate::study::compare::at;
+use crate::compare::at;
 
 /// Number of intervals at which two curves are compared.
 const INTERVALS: usize = 500;

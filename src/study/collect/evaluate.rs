@@ -2,9 +2,9 @@
 
 use super::curves::{force_rms, late_excess};
 use super::row::{Differences, Row};
-use crate::report::record::RunRecord;
-use crate::study::checks::{Check, Figure, Outcome};
-use crate::study::file::Study;
+use crate::checks::{Check, Figure, Outcome};
+use crate::file::Study;
+use kanagata_report::record::RunRecord;
 
 /// Every check with its outcome.
 pub(super) fn evaluate(study: &Study, rows: &[Row<'_>]) -> Vec<(Check, Outcome)> {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::row::Row;
-use crate::study::LISTED_MAX;
+use crate::LISTED_MAX;
 
 /// Cases by the build or the class of processors of their runs.
 type Classes<'a> = BTreeMap<&'a str, Vec<&'a str>>;

@@ -21,10 +21,10 @@ use super::file::Study;
 use super::inputs::folder_of;
 use super::output::write_csv;
 use super::states::{Entry, State, States};
-use crate::report::csv;
-use crate::report::doubt::Doubt;
-use crate::report::drawing::write_chart;
-use crate::report::record::RunRecord;
+use kanagata_report::csv;
+use kanagata_report::doubt::Doubt;
+use kanagata_report::drawing::write_chart;
+use kanagata_report::record::RunRecord;
 
 /// Travels and forces of a run.
 const HISTORY: &str = "history.csv";
@@ -121,7 +121,7 @@ fn row<'a>(study: &Study, case: &'a Case, entry: Option<&Entry>, folder: &Path) 
         return row;
     }
     row.record = record;
-    let history = crate::files::read_text(&run.join(HISTORY), crate::files::Input::Table);
+    let history = kanagata_files::read_text(&run.join(HISTORY), kanagata_files::Input::Table);
     let curve = history.ok().and_then(|text| curve(&text, &study.watch));
     // The last state of an unfinished case is not comparable, and its history may be missing.
     if row.done() {
@@ -137,7 +137,8 @@ fn row<'a>(study: &Study, case: &'a Case, entry: Option<&Entry>, folder: &Path) 
 
 /// The record of a run.
 fn record(run: &Path) -> Option<RunRecord> {
-    let text = crate::files::read(&run.join("run.json"), crate::files::Input::Description).ok()?;
+    let text =
+        kanagata_files::read(&run.join("run.json"), kanagata_files::Input::Description).ok()?;
     serde_json::from_slice(&text).ok()
 }
 

@@ -2,13 +2,13 @@
 
 use super::row::{CaseState, Row};
 use super::table::{self, Table};
-use crate::report::bars::Bars;
-use crate::report::doubt::Doubt;
-use crate::report::drawing::Chart;
-use crate::report::page::{Outcome as Shown, Page};
-use crate::study::checks::{Check, Outcome};
-use crate::study::file::Study;
-use crate::study::output::plot;
+use crate::checks::{Check, Outcome};
+use crate::file::Study;
+use crate::output::plot;
+use kanagata_report::bars::Bars;
+use kanagata_report::doubt::Doubt;
+use kanagata_report::drawing::Chart;
+use kanagata_report::page::{Outcome as Shown, Page};
 
 /// What the page shows.
 pub(super) struct Contents<'a, 'r> {

@@ -1,9 +1,9 @@
 //! A case and the results of its run.
 
 use super::curves::force_rms;
-use crate::report::record::RunRecord;
-use crate::study::case::Case;
-use crate::study::compare::{Profile, Sheet, largest_difference};
+use crate::case::Case;
+use crate::compare::{Profile, Sheet, largest_difference};
+use kanagata_report::record::RunRecord;
 
 /// State of a case, including whether its results are current.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

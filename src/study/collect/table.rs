@@ -1,8 +1,8 @@
 //! The tables of cases, for file and page: results, and what they cost.
 
 use super::row::{CaseState, Row};
-use crate::report::record::{FormabilityRecord, RunRecord};
-use crate::study::file::Study;
+use crate::file::Study;
+use kanagata_report::record::{FormabilityRecord, RunRecord};
 
 /// A column: its name and its cell for a row.
 type Column = (&'static str, fn(&Row<'_>) -> String);
@@ -165,7 +165,7 @@ fn of(row: &Row<'_>, cell: impl Fn(&RunRecord) -> String) -> String {
 
 fn springback(
     row: &Row<'_>,
-    cell: impl Fn(&crate::report::record::SpringbackRecord) -> String,
+    cell: impl Fn(&kanagata_report::record::SpringbackRecord) -> String,
 ) -> String {
     let found = row.record.as_ref().and_then(|r| r.springback.as_ref());
     found.map_or_else(String::new, cell)

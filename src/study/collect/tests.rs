@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::*;
-use crate::study::cases::{Roots, cases};
-use crate::study::inputs::{Digests, inputs};
-use crate::study::states::states;
+use crate::cases::{Roots, cases};
+use crate::inputs::{Digests, inputs};
+use crate::states::states;
 
 /// A study of three models in a folder: the first two done, the third not started.
 struct Made {
@@ -77,7 +77,7 @@ fn put_run(case: &Case, study: &Path, force: f64) {
     fs::create_dir_all(run).unwrap();
     let inputs = inputs(case, study, &Digests::default(), true).unwrap();
     let record = json!({
-        "format": "kanagata-run", "version": 2, "program": "", "build": crate::run::build::BUILD, "name": "", "verdict": "completed",
+        "format": "kanagata-run", "version": 2, "program": "", "build": kanagata_run::build::BUILD, "name": "", "verdict": "completed",
         "increments": 3, "iterations": 6, "step_cuts": 0, "wall_s": 9.0, "cpu_s": force, "peak_mb": 5.0,
         "timings_s": {"search": 3.0, "factor": 0.4 * force}, "factorisations": 8, "threads": 1, "unknowns": 3, "force_error": 1e-12,
         "energy_error": 1e-3, "volume_error": 1e-15, "penetration_mm": 0.0, "inputs": inputs,
@@ -296,13 +296,13 @@ fn runs_of_several_builds_or_processors_are_noted_with_their_cases() {
     assert!(notes[0].contains("processors: x86-v3 (coarse); x86-v4 (fine)."), "{notes:?}");
     put("coarse", "build", "0.1.0 of another");
     let notes = made.findings().notes;
-    let builds = format!("0.1.0 of another (coarse); {} (fine)", crate::run::build::BUILD);
+    let builds = format!("0.1.0 of another (coarse); {} (fine)", kanagata_run::build::BUILD);
     assert!(notes.len() == 1 && notes[0].contains(&builds), "{notes:?}");
     let page = fs::read_to_string(made.path("study.html")).unwrap();
     let (before, after) = page.split_once("<section class=\"notes\">").unwrap();
     assert!(after.contains(&builds) && !before.contains("<h2>Cases"), "before the tables");
     // A case that is not done takes no part.
-    put("coarse", "build", crate::run::build::BUILD);
+    put("coarse", "build", kanagata_run::build::BUILD);
     made.other.insert("coarse".into(), Entry::new(State::Failed, None));
     assert!(made.findings().notes.is_empty());
 }

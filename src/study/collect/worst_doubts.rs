@@ -3,8 +3,8 @@
 use std::cmp::Ordering;
 
 use super::row::Row;
-use crate::report::doubt::Doubt;
-use crate::study::LISTED_MAX;
+use crate::LISTED_MAX;
+use kanagata_report::doubt::Doubt;
 
 /// The worst doubt of a code with its case, and all cases that have one.
 struct Worst<'a> {
@@ -100,7 +100,7 @@ fn others(cases: &[&str]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::doubt::DoubtCode;
+    use kanagata_report::doubt::DoubtCode;
 
     /// The excess of a value over a limit.
     fn excess(value: f64, limit: f64) -> Excess {

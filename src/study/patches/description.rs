@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::mesh::mapped::MeshStyle;
-use crate::study::StudyError;
-use crate::tool::ToolKind;
+use crate::StudyError;
+use kanagata_mesh::mapped::MeshStyle;
+use kanagata_tool::ToolKind;
 
 /// One CAD file, converted by several methods at several sizes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -137,7 +137,7 @@ impl Method {
 ///
 /// # Errors
 /// [`StudyError::Value`] with file, place, what was found and what is allowed.
-pub(in crate::study) fn check(study: &PatchStudy, file: &Path) -> Result<(), StudyError> {
+pub(crate) fn check(study: &PatchStudy, file: &Path) -> Result<(), StudyError> {
     const METHODS_MAX: usize = 11;
     let fault = |place: String, found: String, allowed: &str| {
         let (path, allowed) = (file.to_path_buf(), allowed.into());

@@ -4,18 +4,18 @@ use std::fmt;
 use std::time::Instant;
 
 use super::{Edges, Method, PatchStudy, Queries};
-use crate::audit::{AuditOptions, CadReference, audit};
-use crate::cad::Model;
-use crate::contact::ToolSurface;
-use crate::convert::bezier::{BezierOptions, FINEST, within_tolerance};
-use crate::convert::tolerance::{Borders, Goal, to_tolerance};
-use crate::convert::{ConvertOptions, convert};
-use crate::geometry::Vec3;
-use crate::mesh::mapped::{self, MappedOptions};
-use crate::mesh::{MeshError, SurfaceMesh};
-use crate::progress::Progress;
-use crate::tool::edge::EdgeRule;
-use crate::tool::{ToolKind, ToolModel};
+use kanagata_audit::{AuditOptions, CadReference, audit};
+use kanagata_cad::Model;
+use kanagata_contact::ToolSurface;
+use kanagata_convert::bezier::{BezierOptions, FINEST, within_tolerance};
+use kanagata_convert::tolerance::{Borders, Goal, to_tolerance};
+use kanagata_convert::{ConvertOptions, convert};
+use kanagata_geometry::Vec3;
+use kanagata_mesh::mapped::{self, MappedOptions};
+use kanagata_mesh::{MeshError, SurfaceMesh};
+use kanagata_progress::Progress;
+use kanagata_tool::edge::EdgeRule;
+use kanagata_tool::{ToolKind, ToolModel};
 
 /// Requested fineness of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -235,7 +235,7 @@ impl ThreadTime {
 
 /// Processor time of this thread [ns].
 fn processor_ns() -> Option<u64> {
-    let text = crate::files::read_system("/proc/thread-self/schedstat").ok()?;
+    let text = kanagata_files::read_system("/proc/thread-self/schedstat").ok()?;
     text.split_ascii_whitespace().next()?.parse().ok()
 }
 

@@ -13,7 +13,7 @@ pub(super) use self::description::check;
 pub use self::description::{Edges, FormatTag, Method, PatchStudy, Queries};
 use self::measure::{Bench, Row, Size};
 use super::StudyError;
-use crate::cad::Model;
+use kanagata_cad::Model;
 
 /// Makes and measures all models of `study` from the CAD `model`. Writes `patches.csv`, `fewest.csv`, `patches.html` and
 /// the charts (SVG) into `folder`, and reports one line per model. Returns the number of models that could not be made.

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use super::PatchStudy;
 use super::measure::{Figures, Row, Size};
-use crate::report::drawing::{Chart, Line, write_chart};
-use crate::report::page::Page;
-use crate::study::StudyError;
-use crate::study::compare::pareto_front;
-use crate::study::output::{plot, write_csv};
+use crate::StudyError;
+use crate::compare::pareto_front;
+use crate::output::{plot, write_csv};
+use kanagata_report::drawing::{Chart, Line, write_chart};
+use kanagata_report::page::Page;
 
 const HEAD: [&str; 17] = [
     "method",

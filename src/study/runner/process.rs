@@ -8,11 +8,11 @@ use std::time::Duration;
 use super::template::{Template, Values, joined};
 use super::tickets::Ticket;
 use super::{ENGINE_INTERVAL, EngineError, Group, Record, Runner, TicketState};
-use crate::files::temporary::own_group;
-use crate::files::{Input, WriteError, create_log};
-use crate::report::record::Process;
-use crate::run::resources::{alive, identity};
-use crate::study::StudyError;
+use crate::StudyError;
+use kanagata_files::temporary::own_group;
+use kanagata_files::{Input, WriteError, create_log};
+use kanagata_report::record::Process;
+use kanagata_run::resources::{alive, identity};
 
 /// Interval between checks of processes.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
@@ -272,7 +272,7 @@ impl Runner for Processes {
 
 /// How a process ended.
 fn ended(status: ExitStatus, log: &Path) -> TicketState {
-    let text = crate::files::read_text(log, Input::Description).unwrap_or_default();
+    let text = kanagata_files::read_text(log, Input::Description).unwrap_or_default();
     let last = text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or_default();
     let reason = match status.code() {
         Some(code) => format!("ended with exit code {code} {last}"),
@@ -297,7 +297,7 @@ fn failure(words: &[String], output: &std::process::Output) -> String {
 
 /// Asks a process and its group to end.
 #[cfg(unix)]
-pub(in crate::study) fn request_stop(process: u32) -> io::Result<()> {
+pub(crate) fn request_stop(process: u32) -> io::Result<()> {
     use rustix::process::{Pid, Signal, kill_process, kill_process_group};
     let Some(pid) = i32::try_from(process).ok().and_then(Pid::from_raw) else { return Ok(()) };
     // A process that leads no group is asked alone.
@@ -307,6 +307,6 @@ pub(in crate::study) fn request_stop(process: u32) -> io::Result<()> {
 }
 
 #[cfg(not(unix))]
-pub(in crate::study) fn request_stop(_: u32) -> io::Result<()> {
+pub(crate) fn request_stop(_: u32) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::files::{Input, WriteError, write_atomic};
-use crate::study::StudyError;
+use crate::StudyError;
+use kanagata_files::{Input, WriteError, write_atomic};
 
 /// Name of the file in the folder of a study.
 const NAME: &str = "runner.json";
@@ -71,7 +71,7 @@ impl Tickets {
     /// [`StudyError::Io`] when the file cannot be read, [`StudyError::Value`] when it is damaged.
     pub fn read(study: &Path) -> Result<Self, StudyError> {
         let path = study.join(NAME);
-        let text = match crate::files::read(&path, Input::Description) {
+        let text = match kanagata_files::read(&path, Input::Description) {
             Ok(text) => text,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
             Err(source) => return Err(StudyError::Io { path, source }),

@@ -5,12 +5,12 @@ use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 use super::{Execution, Job, Phase, Schedule, other_runner};
-use crate::study::StudyError;
-use crate::study::case::Case;
-use crate::study::follow::ranks;
-use crate::study::inputs::Digests;
-use crate::study::runner::tickets::{Submission, Tickets};
-use crate::study::states::{Entry, State};
+use crate::StudyError;
+use crate::case::Case;
+use crate::follow::ranks;
+use crate::inputs::Digests;
+use crate::runner::tickets::{Submission, Tickets};
+use crate::states::{Entry, State};
 
 impl<'a, 'b> Schedule<'a, 'b> {
     /// The schedule of cases with the tickets of earlier executions.

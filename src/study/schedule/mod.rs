@@ -20,9 +20,9 @@ use super::inputs::{Digests, folder_of};
 use super::runner::tickets::{Submission, Ticket, Tickets};
 use super::runner::{EngineError, Runner, TicketState};
 use super::states::{State, States};
-use crate::cancel::Cancel;
-use crate::report::record::RunRecord;
-use crate::run::lock::{self, Attempt, Lock, Lost};
+use kanagata_cancel::Cancel;
+use kanagata_report::record::RunRecord;
+use kanagata_run::lock::{self, Attempt, Lock, Lost};
 
 /// Submissions of a case without progress before it counts as failed, if nothing else is asked.
 pub const MAX_TRIES: usize = 3;
@@ -322,7 +322,7 @@ impl<'a> Schedule<'a, '_> {
 /// Increments of the run of a case.
 fn increments(study: &Path, case: &Case) -> usize {
     let path = folder_of(study, &case.id).join("run/run.json");
-    let text = crate::files::read(&path, crate::files::Input::Description).unwrap_or_default();
+    let text = kanagata_files::read(&path, kanagata_files::Input::Description).unwrap_or_default();
     RunRecord::parse(&text).map_or(0, |record| record.increments)
 }
 

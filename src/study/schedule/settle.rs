@@ -4,12 +4,12 @@ use std::collections::HashMap;
 use std::time::Duration;
 
 use super::{Phase, Question, Schedule, increments};
-use crate::study::StudyError;
-use crate::study::inputs::folder_of;
-use crate::study::outcome;
-use crate::study::runner::tickets::{Submission, Ticket};
-use crate::study::runner::{EngineError, TicketState};
-use crate::study::states::{State, entry};
+use crate::StudyError;
+use crate::inputs::folder_of;
+use crate::outcome;
+use crate::runner::tickets::{Submission, Ticket};
+use crate::runner::{EngineError, TicketState};
+use crate::states::{State, entry};
 
 /// Time for which an engine of which an exit code is all that is known must not know a ticket before it counts as gone: a
 /// server is restarted meanwhile.

@@ -4,16 +4,16 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use super::{Job, Phase, Question, Schedule, check_lock, increments, write};
-use crate::run::lock::{self, Place};
-use crate::study::StudyError;
-use crate::study::case::Case;
-use crate::study::groups::groups;
-use crate::study::inputs::folder_of;
-use crate::study::outcome;
-use crate::study::runner::process::request_stop;
-use crate::study::runner::tickets::{Submission, Ticket};
-use crate::study::runner::{EngineError, Group};
-use crate::study::states::{State, entry};
+use crate::StudyError;
+use crate::case::Case;
+use crate::groups::groups;
+use crate::inputs::folder_of;
+use crate::outcome;
+use crate::runner::process::request_stop;
+use crate::runner::tickets::{Submission, Ticket};
+use crate::runner::{EngineError, Group};
+use crate::states::{State, entry};
+use kanagata_run::lock::{self, Place};
 
 /// Mark of a case whose folder another process uses.
 const WAITED_FOR: &str = "waited for";

@@ -6,12 +6,12 @@ use std::sync::Mutex;
 use serde_json::json;
 
 use super::*;
-use crate::study::case_file::SCENE;
-use crate::study::inputs::folder_of;
-use crate::study::prepare::prepare;
-use crate::study::runner::process::{Processes, Setup};
-use crate::study::runner::{Group, Record, TicketState};
-use crate::study::states::states;
+use crate::case_file::SCENE;
+use crate::inputs::folder_of;
+use crate::prepare::prepare;
+use crate::runner::process::{Processes, Setup};
+use crate::runner::{Group, Record, TicketState};
+use crate::states::states;
 
 /// An engine that lists every task as running and runs nothing.
 #[derive(Default)]

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::solver::ContactMethod;
+use kanagata_solver::ContactMethod;
 
 /// Maps of the convergence of methods, and their resolution.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use super::description::EdgeMap;
 use super::panel::Panel;
-use crate::geometry::Vec3;
-use crate::report::drawing::HeatMap;
-use crate::tool::edge::{EdgeRule, edge_curve};
+use kanagata_geometry::Vec3;
+use kanagata_report::drawing::HeatMap;
+use kanagata_tool::edge::{EdgeRule, edge_curve};
 
 /// Tilt of the mean normal from the perpendicular of the edge [deg].
 const TILT_DEG: Range<f64> = -45.0..45.0;

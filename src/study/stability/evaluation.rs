@@ -4,7 +4,7 @@
 //! multiple of 2^-(48 + 6 n), which 128 bits hold up to degree 12.
 
 use super::description::EvaluationMap;
-use crate::report::drawing::{Chart, Line};
+use kanagata_report::drawing::{Chart, Line};
 
 const COEFFICIENT_BITS: u32 = 48;
 const PARAMETER_BITS: u32 = 6;

@@ -6,21 +6,21 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::description::FormingMap;
-use crate::contact::ToolSurface;
-use crate::geometry::Vec3;
-use crate::report::drawing::{Chart, Line};
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::material::card;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{
+use kanagata_contact::ToolSurface;
+use kanagata_geometry::Vec3;
+use kanagata_report::drawing::{Chart, Line};
+use kanagata_solver::assembly::Body;
+use kanagata_solver::element::ElementKind;
+use kanagata_solver::material::card;
+use kanagata_solver::sheet::hex_mesh::rectangle;
+use kanagata_solver::{
     Constraints, ContactMethod, Control, Curve, Limits, Motion, Placement, SheetSide, Simulation,
     SimulationSetup, Stage, ToolSetup,
 };
-use crate::tool::build::build;
-use crate::tool::edge::EdgeRule;
-use crate::tool::model::PatchCorners;
-use crate::tool::{ToolKind, ToolModel};
+use kanagata_tool::build::build;
+use kanagata_tool::edge::EdgeRule;
+use kanagata_tool::model::PatchCorners;
+use kanagata_tool::{ToolKind, ToolModel};
 
 /// Largest depth for which the tools are long enough [mm].
 pub(super) const DEPTH_MAX_MM: f64 = 15.0;

@@ -18,8 +18,8 @@ pub use self::description::{
 use self::forming::Draw;
 use self::panel::Panel;
 use super::StudyError;
-use crate::files::write_atomic;
-use crate::report::drawing::{Chart, HeatMap, write_chart, write_heat_maps};
+use kanagata_files::write_atomic;
+use kanagata_report::drawing::{Chart, HeatMap, write_chart, write_heat_maps};
 
 /// Drawings of a study; each has a table of the same name (CSV).
 pub const DRAWINGS: [&str; 6] =

@@ -6,14 +6,14 @@ use rayon::prelude::*;
 
 use super::description::NewtonMap;
 use super::panel::Panel;
-use crate::contact::ToolSurface;
-use crate::contact::paper::newton;
-use crate::geometry::{Vec2, Vec3};
-use crate::report::drawing::HeatMap;
-use crate::tool::build::build;
-use crate::tool::edge::EdgeRule;
-use crate::tool::model::PatchCorners;
-use crate::tool::{ToolKind, ToolModel};
+use kanagata_contact::ToolSurface;
+use kanagata_contact::paper::newton;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_report::drawing::HeatMap;
+use kanagata_tool::build::build;
+use kanagata_tool::edge::EdgeRule;
+use kanagata_tool::model::PatchCorners;
+use kanagata_tool::{ToolKind, ToolModel};
 
 /// Range of the distance from the patch towards the axis of the cylinder, over its radius; the axis is at 1.
 const DISTANCE_RANGE: Range<f64> = -1.0..1.25;
@@ -73,7 +73,7 @@ fn panel(plan: &NewtonMap, angle_deg: f64) -> Panel {
 /// the border, where Eq. 19 does not apply.
 fn converged_fraction(surface: &ToolSurface, p: &Vec3, starts: usize) -> f64 {
     let best = surface.closest(p, None);
-    if best.location != crate::contact::Location::Inside {
+    if best.location != kanagata_contact::Location::Inside {
         return f64::NAN;
     }
     let patch = &surface.model().patches[0];

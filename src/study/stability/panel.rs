@@ -1,6 +1,6 @@
 //! A map with a summary number.
 
-use crate::report::drawing::HeatMap;
+use kanagata_report::drawing::HeatMap;
 
 /// A map with a summary number.
 pub(super) struct Panel {

@@ -1,6 +1,6 @@
 use super::evaluation::{at_corner, at_middle, exact};
 use super::*;
-use crate::solver::ContactMethod;
+use kanagata_solver::ContactMethod;
 
 fn small() -> StabilityStudy {
     StabilityStudy {

@@ -3,8 +3,8 @@
 use super::build::{Item, file, item, moved};
 use super::entities::{faces, near};
 use super::*;
-use crate::cad::raw::{RawFace, RawLoop, RawSurface};
-use crate::geometry::{Vec2, Vec3};
+use crate::raw::{RawFace, RawLoop, RawSurface};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// A square face of side 4 in the plane z = 0, by each kind of boundary.
 fn square(trim: Vec<Item>) -> Vec<Item> {
@@ -339,8 +339,7 @@ fn of_two_curves_that_contradict_each_other_the_preferred_one_bounds_the_face() 
                 flat("0.,4.", "0.,0."),
             ],
         );
-        let (model, said) =
-            crate::cad::build::build(read_bytes(&file(&items), "test").unwrap(), "test");
+        let (model, said) = crate::build::build(read_bytes(&file(&items), "test").unwrap(), "test");
         assert!(
             said.iter().any(|d| matches!(d.code, "curves-contradict" | "parameter-curve-off")),
             "{said:?}"
@@ -365,7 +364,7 @@ fn a_half_cone_whose_profile_misses_its_axis_is_a_face() {
         item(110, 0, "0.,-3.,0.,0.02,0.,4."),
         item(110, 0, "0.02,0.,4.,3.,0.,0."),
     ];
-    let (model, said) = crate::cad::build::build(read_bytes(&file(&items), "t").unwrap(), "t");
+    let (model, said) = crate::build::build(read_bytes(&file(&items), "t").unwrap(), "t");
     let exact = 0.75 * std::f64::consts::PI * 3.0 * 5.0;
     assert!(model.lost.is_empty() && model.faces.len() == 1, "{said:?}");
     assert!((model.area() / exact - 1.0).abs() < 1e-2, "{} for {exact}", model.area());

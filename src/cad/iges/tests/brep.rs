@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use super::build::{Item, file, item, moved};
 use super::*;
-use crate::cad::build::build;
-use crate::cad::{Model, Severity};
+use crate::build::build;
+use crate::{Model, Severity};
 
 /// A solid as it is filled: entities, edges and faces of the shell with their orientation flags.
 struct Solid {

@@ -4,9 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use super::build::{Item, file, item, moved};
 use super::*;
-use crate::cad::iges::curves::Piece;
-use crate::cad::raw::{RawFace, RawSurface};
-use crate::geometry::{Affine, Vec2, Vec3};
+use crate::iges::curves::Piece;
+use crate::raw::{RawFace, RawSurface};
+use kanagata_geometry::{Affine, Vec2, Vec3};
 
 fn curve(items: &[Item], index: usize) -> Piece {
     let bytes = file(items);

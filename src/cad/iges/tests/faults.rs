@@ -2,7 +2,7 @@
 
 use super::build::{file, item, moved};
 use super::*;
-use crate::cad::iges::ownership::{Field, POINTERS};
+use crate::iges::ownership::{Field, POINTERS};
 
 /// Error or diagnostics for a file of these entities.
 fn messages(items: &[super::build::Item]) -> String {

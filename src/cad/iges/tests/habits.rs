@@ -138,7 +138,7 @@ fn lengths_become_millimetres_by_unit_and_scale() {
         [("1.,2,2HMM", 1.0), ("1.,1,2HIN", 25.4), ("0.5,6,1HM", 2000.0), ("4.,3,2HFT", 76.2)]
     {
         let model = read_bytes(cards_in(&items, unit).join("\n").as_bytes(), unit).unwrap();
-        let crate::cad::raw::RawSurface::Sphere { frame, radius } = &model.faces[0].surface else {
+        let crate::raw::RawSurface::Sphere { frame, radius } = &model.faces[0].surface else {
             panic!("{:?}", model.faces)
         };
         assert!(

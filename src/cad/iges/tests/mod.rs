@@ -13,7 +13,7 @@ use super::uv::point_on;
 use super::*;
 
 fn forming() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming")
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("fixtures/forming")
 }
 
 fn truth(path: &Path) -> serde_json::Map<String, serde_json::Value> {
@@ -81,8 +81,10 @@ fn forming_tools_have_the_faces_they_were_made_of_and_their_loops_close() {
 
 /// The corpus next to the repository, if present.
 fn corpus() -> Option<PathBuf> {
-    let folder = std::env::var_os("KANAGATA_CORPUS")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/cad"), PathBuf::from);
+    let folder = std::env::var_os("KANAGATA_CORPUS").map_or_else(
+        || Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("../shared/cad"),
+        PathBuf::from,
+    );
     folder.is_dir().then_some(folder)
 }
 

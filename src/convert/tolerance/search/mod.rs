@@ -15,8 +15,8 @@ use super::face_error::FaceEvaluator;
 use super::face_result::FaceResult;
 use super::goal::Goal;
 use super::state::State;
-use crate::geometry::Vec3;
-use crate::mesh::mapped::plan::Plan;
+use kanagata_geometry::Vec3;
+use kanagata_mesh::mapped::plan::Plan;
 
 /// A refinement of a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

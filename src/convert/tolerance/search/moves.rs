@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use super::{DIVISIONS_MAX, Move, Search};
-use crate::convert::tolerance::state::State;
-use crate::geometry::Vec3;
-use crate::mesh::mapped::plan::Divisions;
+use crate::tolerance::state::State;
+use kanagata_geometry::Vec3;
+use kanagata_mesh::mapped::plan::Divisions;
 
 /// Number of edges closest to the worst point that are candidates for raising on a face that is not mapped.
 const CANDIDATE_EDGES_MAX: usize = 3;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{Move, Search};
-use crate::convert::tolerance::state::State;
+use crate::tolerance::state::State;
 
 /// Maximum number of exchanges tried.
 const EXCHANGES_MAX: usize = 96;

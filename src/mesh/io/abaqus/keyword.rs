@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::{Deck, Kind, Section};
-use crate::mesh::MeshError;
+use crate::MeshError;
 
 /// Unsupported keywords that create or move nodes and elements.
 const REFUSED: [&str; 9] = [

@@ -9,8 +9,8 @@ mod keyword;
 use super::polygon;
 use super::tags::Tags;
 use super::volumes::{SheetElements, SheetMesh, used};
-use crate::geometry::Vec3;
-use crate::mesh::MeshError;
+use crate::MeshError;
+use kanagata_geometry::Vec3;
 
 /// Section of a data line.
 #[derive(Clone, Copy, PartialEq)]

@@ -1,11 +1,11 @@
 //! Flat faces with one loop: division into quadrilaterals between boundary nodes.
 
 use super::{Mesher, ring};
-use crate::mesh::mapped::border::Border;
-use crate::mesh::mapped::edge_tangents::EdgeTangents;
-use crate::mesh::mapped::options::MeshStyle;
-use crate::mesh::mapped::patchwork::{Node, Patchwork};
-use crate::mesh::mapped::{bridges, polygon};
+use crate::mapped::border::Border;
+use crate::mapped::edge_tangents::EdgeTangents;
+use crate::mapped::options::MeshStyle;
+use crate::mapped::patchwork::{Node, Patchwork};
+use crate::mapped::{bridges, polygon};
 
 impl Mesher<'_> {
     /// True for a flat face to be cut into quadrilaterals only.

@@ -16,10 +16,10 @@ use super::patchwork::{Node, Patchwork};
 use super::sample::Lengths;
 use super::sides::Shape;
 use super::{demand, pairing, regions, sides, trimmed};
-use crate::cad::Model;
-use crate::cad::model::Face;
-use crate::mesh::{Element, MeshError, SurfaceMesh};
-use crate::progress::Progress;
+use crate::{Element, MeshError, SurfaceMesh};
+use kanagata_cad::Model;
+use kanagata_cad::model::Face;
+use kanagata_progress::Progress;
 
 /// Maximum number of boundary refinements of faces that cannot be meshed.
 const BOUNDARY_ROUNDS_MAX: usize = 7;

@@ -1,12 +1,12 @@
 //! Constraints on the divisions of edges for mapped faces.
 
 use super::Mesher;
-use crate::mesh::mapped::divisions::{Assignment, Rule};
-use crate::mesh::mapped::sides::Shape;
+use crate::mapped::divisions::{Assignment, Rule};
+use crate::mapped::sides::Shape;
 
 impl Mesher<'_> {
     /// Rules of the faces to be mapped, and the face of each.
-    pub(in crate::mesh::mapped) fn rules(&self) -> (Vec<Rule>, Vec<usize>) {
+    pub(in crate::mapped) fn rules(&self) -> (Vec<Rule>, Vec<usize>) {
         let (mut rules, mut owners) = (Vec::new(), Vec::new());
         if self.options.unstructured {
             return (rules, owners);

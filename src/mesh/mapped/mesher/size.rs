@@ -1,9 +1,9 @@
 //! Largest element size: faces with longer sides are meshed again.
 
 use super::Mesher;
-use crate::mesh::Element;
-use crate::mesh::mapped::options::MeshStyle;
-use crate::mesh::mapped::patchwork::Patchwork;
+use crate::Element;
+use crate::mapped::options::MeshStyle;
+use crate::mapped::patchwork::Patchwork;
 
 /// Relative excess of a side length over the largest size that is attributed to rounding.
 const SIZE_ROUNDING_REL: f64 = 2e-6;

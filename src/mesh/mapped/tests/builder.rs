@@ -1,9 +1,9 @@
 //! Models constructed for tests.
 
-use crate::cad::Model;
-use crate::cad::model::{Edge, EdgeUse, Face, SurfaceKind, TrimLoop};
-use crate::geometry::nurbs::{Curve2, Curve3, Surface};
-use crate::geometry::{Vec2, Vec3};
+use kanagata_cad::Model;
+use kanagata_cad::model::{Edge, EdgeUse, Face, SurfaceKind, TrimLoop};
+use kanagata_geometry::nurbs::{Curve2, Curve3, Surface};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Assembles faces: sides with equal ends and middle become one edge.
 #[derive(Default)]

@@ -4,11 +4,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use self::builder::{Builder, at, border_curve, flat_side, line};
 use super::*;
-use crate::cad::Model;
-use crate::cad::model::{EdgeUse, SurfaceKind};
-use crate::geometry::nurbs::{Curve2, Curve3, Surface};
-use crate::geometry::{Frame, Vec2, Vec3};
-use crate::mesh::{Element, MeshError, SurfaceMesh};
+use crate::{Element, MeshError, SurfaceMesh};
+use kanagata_cad::Model;
+use kanagata_cad::model::{EdgeUse, SurfaceKind};
+use kanagata_geometry::nurbs::{Curve2, Curve3, Surface};
+use kanagata_geometry::{Frame, Vec2, Vec3};
 
 /// A quarter of a drawing ring: plate outside radius 17, fillet of 7 mm, wall of radius 10, 20 mm deep.
 fn ring() -> Model {

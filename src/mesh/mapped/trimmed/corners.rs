@@ -4,8 +4,8 @@ use spade::handles::FixedVertexHandle;
 use spade::{Point2, PositionInTriangulation, Triangulation};
 
 use super::triangulator::Triangulator;
-use crate::geometry::Vec2;
-use crate::mesh::mapped::edge_tangents::{EdgeTangents, INVERTED_CORNER_SINE};
+use crate::mapped::edge_tangents::{EdgeTangents, INVERTED_CORNER_SINE};
+use kanagata_geometry::Vec2;
 
 /// Maximum number of correction rounds.
 const CORRECTION_ROUNDS_MAX: usize = 3;

@@ -5,7 +5,7 @@ use spade::Point2;
 
 use super::plane::{crossings, segments};
 use super::triangulator::{NODES_MAX, Triangulator};
-use crate::mesh::mapped::patchwork::Node;
+use crate::mapped::patchwork::Node;
 
 /// Distance from the boundary relative to the cell below which nodes are omitted.
 const BOUNDARY_CLEARANCE_REL: f64 = 0.3;

@@ -15,8 +15,8 @@ use self::triangulator::{Delaunay, NODES_MAX, Triangulator};
 use super::edge_tangents::EdgeTangents;
 use super::options::MappedOptions;
 use super::patchwork::{Node, Patchwork};
-use crate::cad::model::Face;
-use crate::geometry::Aabb;
+use kanagata_cad::model::Face;
+use kanagata_geometry::Aabb;
 
 /// Ratio of the number of nodes to those of boundary and lattice above which the lattice was unsuitable.
 const NODE_RATIO_MAX: usize = 4;

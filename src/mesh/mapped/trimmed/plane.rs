@@ -3,12 +3,12 @@
 
 use spade::Point2;
 
-use crate::cad::model::{Face, SurfaceKind};
-use crate::geometry::{Vec2, Vec3};
-use crate::mesh::mapped::demand::fractional_divisions;
-use crate::mesh::mapped::options::MappedOptions;
-use crate::mesh::mapped::patchwork::Node;
-use crate::mesh::mapped::sample::angle;
+use crate::mapped::demand::fractional_divisions;
+use crate::mapped::options::MappedOptions;
+use crate::mapped::patchwork::Node;
+use crate::mapped::sample::angle;
+use kanagata_cad::model::{Face, SurfaceKind};
+use kanagata_geometry::{Vec2, Vec3};
 
 /// Intervals per direction of the grid on which the surface is sampled.
 const GRID_INTERVALS: usize = 24;

@@ -6,12 +6,12 @@ use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, PositionInTriangulation, Triangulation};
 
 use super::plane::Plane;
-use crate::cad::model::Face;
-use crate::geometry::{Vec2, Vec3};
-use crate::mesh::mapped::demand::divisions;
-use crate::mesh::mapped::options::MappedOptions;
-use crate::mesh::mapped::patchwork::Node;
-use crate::mesh::mapped::sample::angle;
+use crate::mapped::demand::divisions;
+use crate::mapped::options::MappedOptions;
+use crate::mapped::patchwork::Node;
+use crate::mapped::sample::angle;
+use kanagata_cad::model::Face;
+use kanagata_geometry::{Vec2, Vec3};
 
 pub(super) type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>>;
 

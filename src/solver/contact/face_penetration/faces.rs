@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use crate::geometry::box_tree::BoxTree;
-use crate::geometry::{Aabb, Vec3};
-use crate::solver::numbers::tolerances::ROUNDING_REL;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::tools::tool::SheetSide;
+use crate::numbers::tolerances::ROUNDING_REL;
+use crate::sheet::hex_mesh::HexMesh;
+use crate::tools::tool::SheetSide;
+use kanagata_geometry::box_tree::BoxTree;
+use kanagata_geometry::{Aabb, Vec3};
 
 /// Local nodes of the faces of an element, counter-clockwise seen from outside.
 const FACES: [[usize; 4]; 6] =
@@ -14,21 +14,21 @@ const FACES: [[usize; 4]; 6] =
 
 /// A face: its element, its nodes, counter-clockwise seen from outside, and which of its sides are on the free border.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::solver) struct Face {
-    pub(in crate::solver) element: u32,
+pub(crate) struct Face {
+    pub(crate) element: u32,
     nodes: [u32; 4],
     border: [bool; 4],
 }
 
 impl Face {
     /// Corners of the face with nodes at `x` [mm].
-    pub(in crate::solver) fn corners(&self, x: &[Vec3]) -> [Vec3; 4] {
+    pub(crate) fn corners(&self, x: &[Vec3]) -> [Vec3; 4] {
         self.nodes.map(|n| x[n as usize])
     }
 }
 
 /// Outer faces of a mesh on one side of the sheet; all outer faces of a mesh without columns.
-pub(in crate::solver) fn faces_of(mesh: &HexMesh, side: SheetSide) -> Vec<Face> {
+pub(crate) fn faces_of(mesh: &HexMesh, side: SheetSide) -> Vec<Face> {
     let levels = mesh.nodes_per_column;
     let of_element = |(k, e): (usize, &[u32; 8])| FACES.map(|face| (k as u32, face.map(|k| e[k])));
     let mut all: Vec<(u32, [u32; 4])> =
@@ -69,7 +69,7 @@ pub(in crate::solver) fn faces_of(mesh: &HexMesh, side: SheetSide) -> Vec<Face> 
 }
 
 /// Faces in the current configuration.
-pub(in crate::solver) struct Faces<'a> {
+pub(crate) struct Faces<'a> {
     faces: &'a [Face],
     corners: Vec<[Vec3; 4]>,
     tree: BoxTree,
@@ -87,25 +87,20 @@ struct Nearest {
 }
 
 impl<'a> Faces<'a> {
-    pub(in crate::solver) fn new(faces: &'a [Face], x: &[Vec3]) -> Self {
+    pub(crate) fn new(faces: &'a [Face], x: &[Vec3]) -> Self {
         let corners: Vec<[Vec3; 4]> = faces.iter().map(|face| face.corners(x)).collect();
         let boxes: Vec<Aabb> = corners.iter().map(Aabb::of_points).collect();
         let bounds = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b));
         Self { faces, corners, tree: BoxTree::build(&boxes), bounds }
     }
 
-    pub(in crate::solver) fn bounds(&self) -> Aabb {
+    pub(crate) fn bounds(&self) -> Aabb {
         self.bounds
     }
 
     /// Depth [mm] of a point of a tool with outward normal `normal` behind the closest face, up to `reach`, and the element
     /// of the face. `None` in front of the face, beside the sheet, and where both normals point in the same direction.
-    pub(in crate::solver) fn depth(
-        &self,
-        p: &Vec3,
-        normal: &Vec3,
-        reach: f64,
-    ) -> Option<(f64, u32)> {
+    pub(crate) fn depth(&self, p: &Vec3, normal: &Vec3, reach: f64) -> Option<(f64, u32)> {
         let mut best = Nearest {
             face: 0,
             square: reach * reach,
@@ -225,7 +220,7 @@ fn minimise_along(corners: &[Vec3; 4], p: &Vec3, at: [f64; 2], axis: usize) -> f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::sheet::hex_mesh::rectangle;
+    use crate::sheet::hex_mesh::rectangle;
 
     #[test]
     fn the_closest_point_of_a_warped_face_is_no_farther_than_any_sample() {

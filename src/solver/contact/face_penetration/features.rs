@@ -9,10 +9,10 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use crate::contact::ToolSurface;
-use crate::geometry::{Aabb, Vec3};
-use crate::solver::numbers::tolerances::ACCURACY_REL;
-use crate::tool::Patch;
+use crate::numbers::tolerances::ACCURACY_REL;
+use kanagata_contact::ToolSurface;
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_tool::Patch;
 
 /// Convex radius over the element length below which a patch is sampled. A face of width w on a radius of 2 w
 /// penetrates by w/16 at its middle. The points of the face find this depth to within a quarter, for any contact
@@ -27,8 +27,8 @@ const SAMPLES_MAX: f64 = 5e5;
 
 /// Sample points with the normals of their patches, in the frame of the tool [mm].
 #[derive(Debug, Clone, Default)]
-pub(in crate::solver) struct Features {
-    pub(in crate::solver) points: Vec<(Vec3, Vec3)>,
+pub(crate) struct Features {
+    pub(crate) points: Vec<(Vec3, Vec3)>,
 }
 
 /// Sampling of a patch: numbers of intervals along its two parameters on a grid, or along its sides.
@@ -48,7 +48,7 @@ impl Plan {
 
 impl Features {
     /// Features of the searchable part of a tool for elements at most `longest_edge` [mm] long.
-    pub(in crate::solver) fn of(surface: &ToolSurface, longest_edge: f64) -> Self {
+    pub(crate) fn of(surface: &ToolSurface, longest_edge: f64) -> Self {
         let patches = &surface.model().patches;
         let searchable: Vec<bool> = surface.patch_bounds().iter().map(|b| !b.is_empty()).collect();
         let edges = sharp_sides(patches, &searchable, surface.bounds());

@@ -10,14 +10,14 @@
 //! The largest depth is reported. It is a measure of mesh resolution, not of convergence: nodes satisfy their
 //! conditions.
 
-pub(in crate::solver) mod faces;
+pub(crate) mod faces;
 mod features;
 
-use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::tools::tool::{SheetSide, Tool};
+use crate::sheet::hex_mesh::HexMesh;
+use crate::tools::tool::{SheetSide, Tool};
 use faces::{Face, faces_of};
-pub(in crate::solver) use features::Features;
+pub(crate) use features::Features;
+use kanagata_geometry::Vec3;
 
 /// The deepest point of a tool inside a face of the sheet, or of a face inside a tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +42,7 @@ pub struct FaceDepths {
 impl FaceDepths {
     /// Adds depths [mm], positions and elements for one tool. Of equal ones the first is the deepest, whatever the number of
     /// threads.
-    pub(in crate::solver) fn add(&mut self, tool: usize, found: &[(f64, Vec3, u32)]) {
+    pub(crate) fn add(&mut self, tool: usize, found: &[(f64, Vec3, u32)]) {
         for &(depth, at, element) in found {
             let known = &mut self.of_elements[element as usize];
             *known = known.max(depth);
@@ -54,14 +54,14 @@ impl FaceDepths {
 }
 
 /// Data that do not change during a run: element faces on either side of the sheet, features of every tool.
-pub(in crate::solver) struct Penetration {
+pub(crate) struct Penetration {
     sides: Vec<(SheetSide, Vec<Face>)>,
-    pub(in crate::solver) features: Vec<Features>,
+    pub(crate) features: Vec<Features>,
 }
 
 impl Penetration {
     /// For a sheet with elements at most `longest_edge` [mm] long.
-    pub(in crate::solver) fn of(mesh: &HexMesh, tools: &[Tool], longest_edge: f64) -> Self {
+    pub(crate) fn of(mesh: &HexMesh, tools: &[Tool], longest_edge: f64) -> Self {
         let mut sides: Vec<(SheetSide, Vec<Face>)> = Vec::new();
         for tool in tools {
             let side = tool.setup.side;
@@ -73,7 +73,7 @@ impl Penetration {
         Self { sides, features }
     }
 
-    pub(in crate::solver) fn faces(&self, side: SheetSide) -> &[Face] {
+    pub(crate) fn faces(&self, side: SheetSide) -> &[Face] {
         self.sides.iter().find(|(existing, _)| *existing == side).map_or(&[], |(_, faces)| faces)
     }
 }

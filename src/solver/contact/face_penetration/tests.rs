@@ -3,14 +3,14 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::*;
-use crate::contact::test_tools::{arc, plane, revolved};
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::sheet::supports::Constraints;
-use crate::solver::system::system::System;
-use crate::solver::tests::{body, steel};
-use crate::solver::tools::role::Role;
-use crate::solver::{Placement, ToolSetup};
-use crate::tool::ToolModel;
+use crate::sheet::hex_mesh::rectangle;
+use crate::sheet::supports::Constraints;
+use crate::system::system::System;
+use crate::test_tools::{arc, plane, revolved};
+use crate::tests::{body, steel};
+use crate::tools::role::Role;
+use crate::{Placement, ToolSetup};
+use kanagata_tool::ToolModel;
 
 /// A sheet of 40 x 40 x 1 mm in elements of 4 mm under (`Top`) or over (`Bottom`) a tool.
 fn found(
@@ -24,7 +24,7 @@ fn found(
     let direction = if side == SheetSide::Bottom { Vec3::z() } else { -Vec3::z() };
     let setup = ToolSetup {
         name: "tool".into(),
-        surface: std::sync::Arc::new(crate::contact::ToolSurface::new(model)),
+        surface: std::sync::Arc::new(kanagata_contact::ToolSurface::new(model)),
         offset,
         direction,
         placement: Placement::AsGiven,
@@ -111,7 +111,7 @@ fn the_sag_of_faces_on_a_radius_is_their_depth() {
             let out = x - Vec3::new(20.0, x.y, -radius);
             (x, out.normalize())
         };
-        let model = crate::contact::test_tools::Builder::new("r").grid(1, 24, at).build();
+        let model = crate::test_tools::Builder::new("r").grid(1, 24, at).build();
         let depth = found(model, Vec3::zeros(), SheetSide::Bottom, wrapped).unwrap().depth;
         let sag = radius * (1.0 - (2.0 / radius).cos());
         assert!((depth / sag - 1.0).abs() < 0.01, "{radius}: {depth} for {sag}");

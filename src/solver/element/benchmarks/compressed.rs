@@ -4,8 +4,8 @@
 use nalgebra::SMatrix;
 
 use super::*;
-use crate::solver::assembly::Evaluation;
-use crate::solver::material::card;
+use crate::assembly::Evaluation;
+use crate::material::card;
 
 const PI: f64 = std::f64::consts::PI;
 /// Wave numbers along each axis, up to a wave length of two elements.

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::*;
-use crate::solver::assembly::Evaluation;
-use crate::solver::material::hardening::Hardening;
-use crate::solver::material::hill48::Hill48;
-use crate::solver::material::plastic::Plastic;
+use crate::assembly::Evaluation;
+use crate::material::hardening::Hardening;
+use crate::material::hill48::Hill48;
+use crate::material::plastic::Plastic;
 
 /// Radial force [N] on the inner border of a quarter ring (radii 50 and 100 mm) of steel. The border is pulled in by
 /// 10 mm in the plane and may thicken; `cells` elements along the radius, twice as many along the circumference.

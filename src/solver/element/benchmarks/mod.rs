@@ -5,14 +5,14 @@ mod flange;
 mod shells;
 mod tube;
 
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 use std::sync::Arc;
 
 use super::super::material::elastic::Elastic;
 use super::testing::{Problem, solve};
 use super::*;
-use crate::solver::assembly::Body;
-use crate::solver::sheet::hex_mesh::{self, HexMesh};
+use crate::assembly::Body;
+use crate::sheet::hex_mesh::{self, HexMesh};
 
 const SHELL: ElementKind = ElementKind::SolidShell { points: 3, membrane: false };
 const SHELL_ENHANCED: ElementKind = ElementKind::SolidShell { points: 3, membrane: true };

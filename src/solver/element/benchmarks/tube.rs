@@ -1,10 +1,10 @@
 //! Tube of anisotropic steel under axial tension.
 
 use super::*;
-use crate::solver::assembly::Evaluation;
-use crate::solver::material::card;
-use crate::solver::material::hill48::Hill48;
-use crate::solver::sheet::hex_mesh::thickened;
+use crate::assembly::Evaluation;
+use crate::material::card;
+use crate::material::hill48::Hill48;
+use crate::sheet::hex_mesh::thickened;
 
 const RADIUS: f64 = 50.0;
 const THICKNESS: f64 = 0.4;

@@ -17,15 +17,15 @@
 mod moduli;
 mod point;
 
-use crate::solver::element::hex8::point::{Mean, Motion, WeightedStress};
+use crate::element::hex8::point::{Mean, Motion, WeightedStress};
 use pulp::{Arch, Simd, WithSimd};
 
 use self::moduli::Moduli;
 use super::nominal::{self};
 use super::shape::PointGeometry;
 use super::{ElementInput, ElementMatrices, PointFailure, Want};
-use crate::solver::material::log_strain::{self, Responses};
-use crate::solver::numbers::lanes::{Eight, POINTS};
+use crate::material::log_strain::{self, Responses};
+use crate::numbers::lanes::{Eight, POINTS};
 
 /// Evaluates the element; `new_state` receives the trial histories of all points.
 ///

@@ -3,10 +3,10 @@
 use pulp::Simd;
 
 use super::point::{Mean, Motion, WeightedStress, ZERO, times_symmetric};
-use crate::solver::element::nominal::{self, Dyad, Nine};
-use crate::solver::element::shape::PointGeometry;
-use crate::solver::numbers::lanes::{Eight, Lane};
-use crate::solver::numbers::tensor::{PAIRS, factor};
+use crate::element::nominal::{self, Dyad, Nine};
+use crate::element::shape::PointGeometry;
+use crate::numbers::lanes::{Eight, Lane};
+use crate::numbers::tensor::{PAIRS, factor};
 
 /// Coefficients of the element tangent.
 pub(super) struct Moduli {

@@ -2,33 +2,33 @@
 
 use pulp::Simd;
 
-use crate::solver::element::nominal::{Nine, Nodal};
-use crate::solver::element::shape::PointGeometry;
-use crate::solver::element::{FailureReason, PointFailure, nominal};
-use crate::solver::material::log_strain::Responses;
-use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
-use crate::solver::numbers::tensor::{PAIRS, factor};
+use crate::element::nominal::{Nine, Nodal};
+use crate::element::shape::PointGeometry;
+use crate::element::{FailureReason, PointFailure, nominal};
+use crate::material::log_strain::Responses;
+use crate::numbers::lanes::{Eight, Lane, POINTS};
+use crate::numbers::tensor::{PAIRS, factor};
 
 pub(super) const ZERO: Eight = [0.0; POINTS];
 
 /// Deformation at the points.
 pub(super) struct Motion {
     /// `F`.
-    pub(in crate::solver) gradient: Nine,
+    pub(crate) gradient: Nine,
     /// `F⁻ᵀ`.
-    pub(in crate::solver) inverse: Nine,
+    pub(crate) inverse: Nine,
     /// `J`.
-    pub(in crate::solver) jacobian: Eight,
+    pub(crate) jacobian: Eight,
     /// Reference volumes of the points.
-    pub(in crate::solver) weight: Eight,
+    pub(crate) weight: Eight,
 }
 
 impl Motion {
     #[inline(always)]
-    pub(in crate::solver) fn new<S: Simd>(
+    pub(crate) fn new<S: Simd>(
         simd: S,
         points: &[PointGeometry; 8],
-        u: &[f64; crate::solver::element::DOFS],
+        u: &[f64; crate::element::DOFS],
     ) -> Result<Self, PointFailure> {
         let mut out =
             Self { gradient: [ZERO; 9], inverse: [ZERO; 9], jacobian: ZERO, weight: ZERO };
@@ -56,7 +56,7 @@ impl Motion {
         &mut self,
         simd: S,
         shapes: &[[Eight; 8]; 3],
-        u: &[f64; crate::solver::element::DOFS],
+        u: &[f64; crate::element::DOFS],
         first: usize,
     ) {
         let (zero, one) = (Lane::splat(simd, 0.0), Lane::splat(simd, 1.0));
@@ -95,7 +95,7 @@ impl Motion {
 
     /// Assumed right Cauchy-Green tensors `g C`; `scale` is `g`.
     #[inline(always)]
-    pub(in crate::solver) fn assumed<S: Simd>(&self, simd: S, scale: &Eight) -> [Eight; 6] {
+    pub(crate) fn assumed<S: Simd>(&self, simd: S, scale: &Eight) -> [Eight; 6] {
         let mut out = [ZERO; 6];
         for first in Lane::<S>::groups() {
             let f = Lane::load_all(simd, &self.gradient, first);
@@ -113,20 +113,16 @@ impl Motion {
 /// Mean dilatation of the element.
 pub(super) struct Mean {
     /// `d ln J̄` by node and direction.
-    pub(in crate::solver) rate: Nodal,
+    pub(crate) rate: Nodal,
     /// `g` by point.
-    pub(in crate::solver) scale: Eight,
+    pub(crate) scale: Eight,
     /// Current volume.
-    pub(in crate::solver) current: f64,
+    pub(crate) current: f64,
 }
 
 impl Mean {
     #[inline(always)]
-    pub(in crate::solver) fn new<S: Simd>(
-        simd: S,
-        motion: &Motion,
-        points: &[PointGeometry; 8],
-    ) -> Self {
+    pub(crate) fn new<S: Simd>(simd: S, motion: &Motion, points: &[PointGeometry; 8]) -> Self {
         let present: Eight = std::array::from_fn(|p| motion.weight[p] * motion.jacobian[p]);
         let current: f64 = present.iter().sum();
         let mean = current / motion.weight.iter().sum::<f64>();
@@ -148,16 +144,16 @@ impl Mean {
 /// Stresses of the points, multiplied by their weights.
 pub(super) struct WeightedStress {
     /// `w g S` by Mandel component.
-    pub(in crate::solver) stress: [Eight; 6],
+    pub(crate) stress: [Eight; 6],
     /// `½ w g S:C`.
-    pub(in crate::solver) pressure: Eight,
+    pub(crate) pressure: Eight,
     /// Nominal stress `F w g S - ⅔ p F⁻ᵀ`.
-    pub(in crate::solver) nominal: Nine,
+    pub(crate) nominal: Nine,
 }
 
 impl WeightedStress {
     #[inline(always)]
-    pub(in crate::solver) fn new<S: Simd>(
+    pub(crate) fn new<S: Simd>(
         simd: S,
         motion: &Motion,
         mean: &Mean,

@@ -5,12 +5,12 @@ use super::in_plane::InPlane;
 use super::pairs::{PLANE, Pairs, Plane, SHAPES, THICKNESS_MODES, blend};
 use super::shape::{Moved, Shape, Sums};
 use super::stretch::{STRETCHES, Stretch};
-use crate::geometry::{Mat3, Vec3};
-use crate::solver::element::kernels::{self, Row};
-use crate::solver::element::{
+use crate::element::kernels::{self, Row};
+use crate::element::{
     DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, compatible,
 };
-use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
+use crate::numbers::tensor::{self, Mandel, Mandel66};
+use kanagata_geometry::{Mat3, Vec3};
 
 /// Strain directions of the modes at a point: thickness strain, one for each shape, and in-plane stretches.
 pub(super) const DIRECTIONS: usize = SHAPES + STRETCHES;

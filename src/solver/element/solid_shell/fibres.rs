@@ -10,8 +10,8 @@
 
 use super::in_plane::tangents;
 use super::pairs::{Pairs, Plane, blend};
-use crate::geometry::Vec3;
-use crate::solver::element::DOFS;
+use crate::element::DOFS;
+use kanagata_geometry::Vec3;
 
 /// Weights of the node pairs in `h`.
 #[derive(Debug, Clone, Copy)]
@@ -164,7 +164,7 @@ impl Fibres {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Mat3;
+    use kanagata_geometry::Mat3;
 
     fn pairs(mean: [Vec3; 4]) -> Pairs {
         Pairs { mean, half: [Vec3::new(0.0, 0.0, 0.4); 4] }

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 use std::ops::{Add, Mul};
 
 use super::pairs::{Pairs, Plane, blend};
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// Map from the strains (11, 22, √2·12) at a point and the shear at the centre to the assumed in-plane strains.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -35,11 +35,11 @@ pub(super) use self::points::state::COLUMN_POINTS_MAX;
 use self::stretch::Axes;
 use super::modes::{ModeResidual, ModeSums};
 use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want};
-use crate::geometry::Mat3;
-use crate::solver::element::solid_shell::pairs::MEMBRANE_MODES;
-use crate::solver::element::solid_shell::pairs::{PLANE, Pairs, Plane, THICKNESS_MODES, blend};
-use crate::solver::element::solid_shell::shape::{Moved, Shape, Sums};
-use crate::solver::numbers::tensor::{self, Mandel66};
+use crate::element::solid_shell::pairs::MEMBRANE_MODES;
+use crate::element::solid_shell::pairs::{PLANE, Pairs, Plane, THICKNESS_MODES, blend};
+use crate::element::solid_shell::shape::{Moved, Shape, Sums};
+use crate::numbers::tensor::{self, Mandel66};
+use kanagata_geometry::Mat3;
 
 /// Maximum local Newton iterations of the modes in one evaluation: none are needed.
 const MODE_ITERATIONS_MAX: usize = 0;

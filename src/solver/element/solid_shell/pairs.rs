@@ -1,8 +1,8 @@
 //! Node pairs of a solid-shell, shape functions of its mid-surface, and its enhanced modes.
 
 use super::stretch::STRETCHES;
-use crate::geometry::Vec3;
-use crate::solver::element::modes::Mode;
+use crate::element::modes::Mode;
+use kanagata_geometry::Vec3;
 
 /// Number of shapes in ζ of the enhanced thickness strain; each is multiplied by the functions [`PLANE`].
 pub(super) const SHAPES: usize = 2;
@@ -21,13 +21,13 @@ pub(super) const fn mode(column: usize, powers: [u8; 3]) -> Mode {
 #[derive(Clone, Copy)]
 pub(super) struct Pairs {
     /// `a_I`.
-    pub(in crate::solver) mean: [Vec3; 4],
+    pub(crate) mean: [Vec3; 4],
     /// `d_I`.
-    pub(in crate::solver) half: [Vec3; 4],
+    pub(crate) half: [Vec3; 4],
 }
 
 impl Pairs {
-    pub(in crate::solver) fn new(x: &[Vec3; 8]) -> Self {
+    pub(crate) fn new(x: &[Vec3; 8]) -> Self {
         Self {
             mean: std::array::from_fn(|i| 0.5 * (x[i + 4] + x[i])),
             half: std::array::from_fn(|i| 0.5 * (x[i + 4] - x[i])),
@@ -38,13 +38,13 @@ impl Pairs {
 /// Bilinear shape functions and their derivatives at a point of the mid-surface.
 #[derive(Clone, Copy)]
 pub(super) struct Plane {
-    pub(in crate::solver) value: [f64; 4],
-    pub(in crate::solver) by_xi: [f64; 4],
-    pub(in crate::solver) by_eta: [f64; 4],
+    pub(crate) value: [f64; 4],
+    pub(crate) by_xi: [f64; 4],
+    pub(crate) by_eta: [f64; 4],
 }
 
 impl Plane {
-    pub(in crate::solver) fn at(xi: f64, eta: f64) -> Self {
+    pub(crate) fn at(xi: f64, eta: f64) -> Self {
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
         Self {
             value: corners.map(|(a, b)| 0.25 * (1.0 + a * xi) * (1.0 + b * eta)),

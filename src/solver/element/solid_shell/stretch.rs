@@ -9,7 +9,7 @@
 //!
 //! Since `U c_k = (1 + b_k) c_k`, all derivatives can be expressed by quantities of the stretched state.
 
-use crate::geometry::{Mat3, Vec3};
+use kanagata_geometry::{Mat3, Vec3};
 
 /// Number of stretch modes: along the first and along the second axis.
 pub(super) const STRETCHES: usize = 2;

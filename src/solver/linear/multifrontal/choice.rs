@@ -8,7 +8,7 @@ use faer::sparse::linalg::amd;
 use super::order::{BlockGraph, nested_dissection};
 use super::pattern::{Members, PatternError};
 use super::supernodes::{Supernodes, supernodes};
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// Method that produced the elimination order.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -101,7 +101,7 @@ fn minimum_degree(graph: &BlockGraph) -> Result<Vec<u32>, PatternError> {
 mod tests {
     use super::super::order::tests::{grid, scattered};
     use super::*;
-    use crate::solver::linear::multifrontal::pattern::members_of;
+    use crate::linear::multifrontal::pattern::members_of;
 
     /// `size` unknowns in each block.
     fn members(graph: &BlockGraph, size: usize) -> Members {

@@ -67,9 +67,9 @@ impl Front {
 #[derive(Debug, Clone, Default)]
 pub struct Symbolic {
     /// Cancellation of a factorisation.
-    pub(in crate::solver::linear) cancel: crate::cancel::Cancel,
+    pub(in crate::linear) cancel: kanagata_cancel::Cancel,
     /// Method that produced the elimination order.
-    pub(in crate::solver) ordering: Ordering,
+    pub(crate) ordering: Ordering,
     /// Number of unknowns.
     pub(super) n: usize,
     /// Old number of each unknown by its new number.

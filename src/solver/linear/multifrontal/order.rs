@@ -1,6 +1,6 @@
 //! Nested dissection of a block graph by the coordinates of the blocks.
 
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// Undirected graph in compressed rows: the neighbours of block b without b itself.
 #[derive(Debug, Clone, Default)]
@@ -122,7 +122,7 @@ fn gap_near_middle(part: &[u32], centers: &[Vec3], axis: usize) -> usize {
 
 /// Axes in order of decreasing extent of the part.
 fn longest_axes(part: &[u32], centers: &[Vec3]) -> [usize; 3] {
-    let bounds = crate::geometry::Aabb::of_points(part.iter().map(|&b| &centers[b as usize]));
+    let bounds = kanagata_geometry::Aabb::of_points(part.iter().map(|&b| &centers[b as usize]));
     let extent = bounds.max - bounds.min;
     let mut axes = [0, 1, 2];
     axes.sort_by(|&a, &b| extent[b].total_cmp(&extent[a]));

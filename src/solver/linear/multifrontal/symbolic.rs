@@ -5,7 +5,7 @@ use super::choice::{Ordering, elimination, front_operations};
 use super::fronts::{Front, Run, Symbolic};
 use super::pattern::{Members, PatternError, PatternRef, members_of, quotient};
 use super::supernodes::Supernodes;
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 impl Symbolic {
     /// Analyses a pattern whose unknown `i` belongs to block `block[i]`. Unknowns of a block are eliminated together:

@@ -1,7 +1,7 @@
 //! Formability of a card: uniform strain, strain-hardening exponent, forming limit diagram.
 
 use super::{CardError, MaterialCard};
-use crate::solver::material::forming_limit::{Diagram, LimitCurve};
+use crate::material::forming_limit::{Diagram, LimitCurve};
 
 /// Engineering strains between which ISO 10275 determines the strain-hardening exponent, if the sheet strains uniformly
 /// so far.
@@ -77,9 +77,9 @@ impl MaterialCard {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::material::card::find;
-    use crate::solver::material::forming_limit::{FormingLimit, Zone};
-    use crate::solver::material::hardening::Hardening;
+    use crate::material::card::find;
+    use crate::material::forming_limit::{FormingLimit, Zone};
+    use crate::material::hardening::Hardening;
 
     #[test]
     fn the_exponent_of_a_power_law_is_its_own() {

@@ -17,7 +17,7 @@ use super::plastic::tension::along_rolling;
 use super::plastic::{Backstress, Plastic};
 use super::yield_function::{YieldError, YieldFunction};
 use super::yld2004::{Yld2004, Yld2004Error};
-use crate::geometry::Mat3;
+use kanagata_geometry::Mat3;
 
 /// A sheet material.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -105,7 +105,7 @@ impl Diagram {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::material::forming_limit::laws::keeler_brazier;
+    use crate::material::forming_limit::laws::keeler_brazier;
 
     #[test]
     fn zones_are_bounded_by_the_curve_and_by_stress_states() {

@@ -5,8 +5,8 @@
 
 use pulp::Simd;
 
-use crate::solver::numbers::lanes::Lane;
-use crate::solver::numbers::tensor::PAIRS;
+use crate::numbers::lanes::Lane;
+use crate::numbers::tensor::PAIRS;
 
 /// Divided differences of `½ ln` at three eigenvalues.
 pub(super) struct Differences<S: Simd> {

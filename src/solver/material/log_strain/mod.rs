@@ -21,9 +21,9 @@ use pulp::{Arch, Simd, WithSimd};
 use self::differences::Differences;
 use super::eigen;
 use super::law::{LogResponses, Material, MaterialError};
-use crate::solver::numbers::algebra::{congruence, multiply};
-use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
-use crate::solver::numbers::tensor::{Mandel, Mandel66, PAIRS};
+use crate::numbers::algebra::{congruence, multiply};
+use crate::numbers::lanes::{Eight, Lane, POINTS};
+use crate::numbers::tensor::{Mandel, Mandel66, PAIRS};
 
 const ZERO: Eight = [0.0; POINTS];
 

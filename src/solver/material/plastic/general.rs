@@ -12,9 +12,9 @@
 //! convex minimum is found by Newton's method with a line search, which is globally convergent.
 
 use super::{BACKSTRESS, EQUIVALENT, MaterialError, Plastic};
-use crate::solver::material::yield_function::YieldFunction;
-use crate::solver::material::yld2004::{Derivatives, Principal};
-use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
+use crate::material::yield_function::YieldFunction;
+use crate::material::yld2004::{Derivatives, Principal};
+use crate::numbers::tensor::{self, Mandel, Mandel66};
 
 type Matrix = nalgebra::SMatrix<f64, 6, 6>;
 type Vector = nalgebra::SVector<f64, 6>;

@@ -16,15 +16,15 @@
 //! One scalar equation remains, `Ψ(x) = σ_trial (σ_y / σ̄ - 1) = 0`, linear for von Mises with linear hardening.
 //! Newton's method safeguarded by a bracket solves it for every increment.
 
-use crate::solver::material::error::MaterialDataError;
+use crate::material::error::MaterialDataError;
 
 use super::elastic::Elastic;
 use super::hardening::Hardening;
 use super::hill48::Hill48;
 use super::law::{LogResponse, LogResponses, MaterialError};
 use super::yield_function::YieldFunction;
-use crate::geometry::Mat3;
-use crate::solver::numbers::tensor::{self, Mandel66};
+use crate::numbers::tensor::{self, Mandel66};
+use kanagata_geometry::Mat3;
 
 /// One backstress of Chaboche's law.
 #[derive(Debug, Clone, Copy, PartialEq)]

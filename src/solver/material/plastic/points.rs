@@ -7,9 +7,9 @@ use super::{
     BACKSTRESS, EQUIVALENT, LogResponse, LogResponses, MaterialError, Plastic, STRAIN, WORK,
     YIELD_TOLERANCE, general,
 };
-use crate::solver::material::yld2004::{Principal, Yld2004};
-use crate::solver::numbers::lanes::{Eight, POINTS};
-use crate::solver::numbers::tensor::{self, Mandel};
+use crate::material::yld2004::{Principal, Yld2004};
+use crate::numbers::lanes::{Eight, POINTS};
+use crate::numbers::tensor::{self, Mandel};
 
 /// Elastic trial state of a point in material axes.
 struct Trial<'a> {

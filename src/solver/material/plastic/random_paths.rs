@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::tests::{Random, consistency, every_kind, run};
 use super::*;
-use crate::solver::material::law::Material;
-use crate::solver::numbers::tensor::Mandel;
+use crate::material::law::Material;
+use crate::numbers::tensor::Mandel;
 
 /// Steps of a path.
 const STEPS: usize = 4;

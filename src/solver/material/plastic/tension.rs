@@ -2,9 +2,9 @@
 //! plastic strain and not along the stress, and the flow direction rotates with it.
 
 use super::Backstress;
-use crate::solver::material::hardening::Hardening;
-use crate::solver::material::yield_function::YieldFunction;
-use crate::solver::numbers::tensor::{self, Mandel};
+use crate::material::hardening::Hardening;
+use crate::material::yield_function::YieldFunction;
+use crate::numbers::tensor::{self, Mandel};
 
 /// Number of steps to a strain. Their lengths grow linearly, since backstresses saturate early.
 const STRAIN_STEPS: usize = 100;
@@ -74,7 +74,7 @@ impl Tension<'_> {
 }
 
 /// Stress and tangent modulus [MPa] in tension along the rolling direction at the plastic strain `strain >= 0`.
-pub(in crate::solver::material) fn along_rolling(
+pub(in crate::material) fn along_rolling(
     criterion: &YieldFunction,
     hardening: &Hardening,
     backstresses: &[Backstress],
@@ -96,7 +96,7 @@ pub(super) mod tests {
     use super::super::tests::{run, sheet};
     use super::super::{BACKSTRESS, EQUIVALENT, Plastic, STRAIN};
     use super::*;
-    use crate::solver::material::law::LogResponse;
+    use crate::material::law::LogResponse;
 
     /// Stress, state and strains of a point in uniaxial tension along the first axis to `strain[0]`. Solves for the
     /// other strains, starting from the given ones, so that the other stresses vanish.

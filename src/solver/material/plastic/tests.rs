@@ -4,9 +4,9 @@ use super::super::yld2004::Yld2004;
 use super::super::{card, log_strain};
 use super::tension::tests::drawn;
 use super::*;
-use crate::solver::material::law::Material;
-use crate::solver::numbers::lanes::POINTS;
-use crate::solver::numbers::tensor::Mandel;
+use crate::material::law::Material;
+use crate::numbers::lanes::POINTS;
+use crate::numbers::tensor::Mandel;
 
 pub(super) const ELASTIC: Elastic = Elastic { young: 210_000.0, poisson: 0.3 };
 pub(super) const PAPER: Hill48 = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.5, m: 1.5, n: 1.29 };

@@ -3,14 +3,14 @@
 use pulp::Arch;
 
 use super::{BACKSTRESS, EQUIVALENT, LOG_STRAIN, Plastic, STRAIN, quadratic};
-use crate::solver::material::law::{
+use crate::material::law::{
     HistoryLayout, LogResponse, LogResponses, LogState, Material, MaterialError, PointState,
     update_single,
 };
-use crate::solver::material::yield_function::YieldFunction;
-use crate::solver::numbers::lanes::Eight;
-use crate::solver::numbers::tensor;
-use crate::solver::numbers::tensor::{Mandel, Mandel66};
+use crate::material::yield_function::YieldFunction;
+use crate::numbers::lanes::Eight;
+use crate::numbers::tensor;
+use crate::numbers::tensor::{Mandel, Mandel66};
 
 impl Plastic {
     /// Stress `T` of a history, in material axes [MPa].

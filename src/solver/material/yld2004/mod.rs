@@ -17,8 +17,8 @@ mod phi;
 use self::phi::Phi;
 use super::eigen::{Eigen, eigen_batch, eigen_pair};
 use super::hill48::ISOTROPY_TOLERANCE_REL;
-use crate::solver::numbers::lanes::{Eight, POINTS};
-use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
+use crate::numbers::lanes::{Eight, POINTS};
+use crate::numbers::tensor::{self, Mandel, Mandel66};
 
 /// Coefficients of one transformation, in the order of [`NAMES`].
 pub type Coefficients = [f64; 9];

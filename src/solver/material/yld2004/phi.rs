@@ -1,6 +1,6 @@
 //! `φ` with its derivatives, and its Hessian with respect to the stress.
 
-use crate::solver::numbers::tensor::{Mandel, Mandel66};
+use crate::numbers::tensor::{Mandel, Mandel66};
 
 /// `φ` and its derivatives with respect to the transformed stresses `S` and `Z`, each in its eigenframe.
 pub(super) struct Phi {

@@ -1,9 +1,9 @@
 //! Properties of the yield function; the return mapping is tested with the plastic law.
 
 use super::*;
-use crate::solver::material::card;
-use crate::solver::material::hill48::{Hill48, Spectrum};
-use crate::solver::material::yield_function::YieldFunction;
+use crate::material::card;
+use crate::material::hill48::{Hill48, Spectrum};
+use crate::material::yield_function::YieldFunction;
 
 fn sheet(name: &str) -> YieldFunction {
     card::find(name).unwrap().yield_function().unwrap().unwrap()

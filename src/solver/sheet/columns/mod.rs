@@ -21,7 +21,7 @@ use families::{all_different, candidates, check_connected, common_faces};
 use stacks::Stacks;
 
 use super::hex_mesh::HexMesh;
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 /// Sheet from hexahedra with corners in the order of VTK, gmsh and Abaqus (a ring of four and the ring above it). The
 /// upper face is on the +z side or, for a vertical sheet, on the side of the larger of +x and +y.

@@ -3,9 +3,9 @@
 use super::error::SheetError;
 use super::families::FACES_BY_DIRECTION;
 use super::turning::{columns_to_reverse, points_down};
-use crate::geometry::Vec3;
-use crate::solver::sheet::hanging::Hanging;
-use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::sheet::hanging::Hanging;
+use crate::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::Vec3;
 
 /// Nodes in columns, bottom first.
 pub(super) struct Stacks {

@@ -2,7 +2,7 @@
 
 use super::turning::reversed;
 use super::*;
-use crate::solver::sheet::hex_mesh::{quarter_disc, rectangle, thickened};
+use crate::sheet::hex_mesh::{quarter_disc, rectangle, thickened};
 
 /// A mesh with permuted nodes and arbitrarily rotated elements, as other programs write it.
 fn foreign(mesh: &HexMesh) -> (Vec<Vec3>, Vec<[u32; 8]>) {

@@ -4,7 +4,7 @@ use rustc_hash::FxHashMap;
 
 use super::error::SheetError;
 use super::families::{all_different, check_connected};
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 pub(super) fn points_down(up: &Vec3) -> bool {
     let upright = up.z.abs() <= 0.01 * up.norm();

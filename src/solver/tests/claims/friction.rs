@@ -3,15 +3,15 @@
 use std::f64::consts::PI;
 
 use super::{body, final_forces, setup, square, stage, steel, tool};
-use crate::contact::test_tools::{Builder, plane};
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
-use crate::solver::{
+use crate::assembly::Body;
+use crate::element::ElementKind;
+use crate::sheet::hex_mesh::{HexMesh, rectangle};
+use crate::test_tools::{Builder, plane};
+use crate::{
     Constraints, Control, Curve, Motion, SheetSide, Simulation, SimulationError, SimulationSetup,
 };
-use crate::tool::ToolModel;
+use kanagata_geometry::Vec3;
+use kanagata_tool::ToolModel;
 
 /// NAFEMS CGS-4 inverted: the incline is drawn under a block that is held; F/G at sliding.
 #[test]

@@ -3,11 +3,11 @@
 use std::f64::consts::PI;
 
 use super::{body, setup, square, stage, steel, tool, tool_forces};
-use crate::contact::test_tools::Builder;
-use crate::geometry::Vec3;
-use crate::solver::report::Energies;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation};
+use crate::report::Energies;
+use crate::sheet::hex_mesh::rectangle;
+use crate::test_tools::Builder;
+use crate::{Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation};
+use kanagata_geometry::Vec3;
 
 /// Forces of the cylinder on the slab (x, z) after each increment of the drawing, and the final energies.
 fn iron(mu: f64) -> (Vec<[f64; 2]>, Energies) {

@@ -8,12 +8,12 @@ mod springback;
 mod springs;
 
 use super::{body, setup, stage, steel, tool};
-use crate::contact::test_tools::plane;
-use crate::geometry::Vec3;
-use crate::solver::{Control, IncrementReport, Simulation, SimulationSetup};
+use crate::test_tools::plane;
+use crate::{Control, IncrementReport, Simulation, SimulationSetup};
+use kanagata_geometry::Vec3;
 
 /// A flat square tool at a height, facing up or down.
-pub(super) fn square(name: &str, z: f64, up: bool) -> crate::tool::ToolModel {
+pub(super) fn square(name: &str, z: f64, up: bool) -> kanagata_tool::ToolModel {
     let normal = if up { Vec3::z() } else { -Vec3::z() };
     plane(name, Vec3::new(-50.0, -50.0, z), Vec3::x() * 200.0, Vec3::y() * 200.0, normal)
 }

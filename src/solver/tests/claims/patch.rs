@@ -1,12 +1,12 @@
 //! Contact patch test: transmission of a uniform stress state.
 
 use super::{body, setup, square, stage, steel, tool};
-use crate::geometry::{Mat3, Vec3};
-use crate::solver::material::elastic::Elastic;
-use crate::solver::material::log_strain;
-use crate::solver::numbers::tensor;
-use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
-use crate::solver::{Constraints, Control, Curve, Motion, SheetSide, Simulation, ToolSetup};
+use crate::material::elastic::Elastic;
+use crate::material::log_strain;
+use crate::numbers::tensor;
+use crate::sheet::hex_mesh::{HexMesh, rectangle};
+use crate::{Constraints, Control, Curve, Motion, SheetSide, Simulation, ToolSetup};
+use kanagata_geometry::{Mat3, Vec3};
 
 /// A block of distorted elements with flat faces.
 fn distorted() -> HexMesh {

@@ -4,15 +4,15 @@
 use std::sync::Arc;
 
 use super::{setup, stage};
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::material::elastic::Elastic;
-use crate::solver::material::hardening::Hardening;
-use crate::solver::material::hill48::Hill48;
-use crate::solver::material::plastic::Plastic;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{Constraints, Control, Curve, IncrementReport, Simulation, SimulationSetup};
+use crate::assembly::Body;
+use crate::element::ElementKind;
+use crate::material::elastic::Elastic;
+use crate::material::hardening::Hardening;
+use crate::material::hill48::Hill48;
+use crate::material::plastic::Plastic;
+use crate::sheet::hex_mesh::rectangle;
+use crate::{Constraints, Control, Curve, IncrementReport, Simulation, SimulationSetup};
+use kanagata_geometry::Vec3;
 
 const YOUNG: f64 = 210_000.0;
 const POISSON: f64 = 0.3;

@@ -1,11 +1,11 @@
 //! Contact by springs (penalty and augmented Lagrangian) compared with exact contact.
 
 use super::{body, setup, square, stage, steel, tool};
-use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::{
+use crate::sheet::hex_mesh::rectangle;
+use crate::{
     Constraints, ContactMethod, Control, Curve, IncrementReport, Motion, SheetSide, Simulation,
 };
+use kanagata_geometry::Vec3;
 
 /// Force of the press on a block pressed by 0.02 mm between a bed and a press, iterations, largest and smallest
 /// penetration of a node.

@@ -19,8 +19,8 @@ pub use self::script::Setup;
 use self::script::{FOLDER, Script};
 use super::tickets::Ticket;
 use super::{EngineError, Group, Record, Runner, TicketState};
-use crate::files::{sha256_hex, write_atomic};
-use crate::study::StudyError;
+use crate::StudyError;
+use kanagata_files::{sha256_hex, write_atomic};
 
 /// Interval between questions [s]: a controller serves many users, and a task lasts at least minutes.
 const POLL_INTERVAL: Duration = Duration::from_secs(2);

@@ -1,6 +1,6 @@
 //! Options of `sbatch` that a user gives.
 
-use crate::study::runner::template::{joined, split};
+use crate::runner::template::{joined, split};
 
 /// Options that the study sets for every array, by their names without dashes: an array with others is not found again, and
 /// a submission that waits for its tasks does not return.

@@ -1,6 +1,6 @@
 //! What `squeue` lists.
 
-use crate::study::runner::TicketState;
+use crate::runner::TicketState;
 
 /// Columns of a task: job, index, state, name of the array, reason. With a line of heads the clusters are named as well.
 pub(super) const FORMAT: &str = "%F|%K|%T|%j|%r";

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use super::environment::is_given;
 use super::options::Options;
-use crate::study::runner::Group;
-use crate::study::runner::template::joined;
+use crate::runner::Group;
+use crate::runner::template::joined;
 
 /// Requested over expected memory: a run above its request is killed, and what is requested is kept from others.
 const MEMORY_FACTOR: f64 = 1.3;

@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use super::GENERALISED;
-use crate::solver::numbers::lanes::Lane;
+use crate::numbers::lanes::Lane;
 
 /// In-plane natural components, each with its first generalised component; then the transverse components.
 const IN_PLANE: [(usize, usize); 3] = [(0, 0), (1, 1), (3, 2)];

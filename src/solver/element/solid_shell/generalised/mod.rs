@@ -8,8 +8,8 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use super::in_plane::{self, InPlane};
 use super::pairs::{Pairs, Plane, blend};
 use super::shape::Moved;
-use crate::geometry::Vec3;
-use crate::solver::element::DOFS;
+use crate::element::DOFS;
+use kanagata_geometry::Vec3;
 
 /// Number of generalised strains at a point of the mid-surface.
 pub(super) const GENERALISED: usize = 12;

@@ -7,17 +7,17 @@
 mod modes;
 pub(super) mod state;
 
-use crate::solver::element::solid_shell::points::state::PerPoint;
-use crate::solver::element::solid_shell::points::state::{COLUMNS, Points, vectors};
+use crate::element::solid_shell::points::state::PerPoint;
+use crate::element::solid_shell::points::state::{COLUMNS, Points, vectors};
 use pulp::{Arch, Simd, WithSimd};
 
 use self::modes::Modes;
 use super::column::{Frame, Totals};
 use super::generalised::lanes::{Powers, add_generalised, add_generalised_stiffness, natural};
-use crate::solver::element::{ElementInput, FailureReason, PointFailure, Want};
-use crate::solver::material::log_strain::{self, Responses};
-use crate::solver::numbers::algebra::{apply, congruence, cross, multiply, splat};
-use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
+use crate::element::{ElementInput, FailureReason, PointFailure, Want};
+use crate::material::log_strain::{self, Responses};
+use crate::numbers::algebra::{apply, congruence, cross, multiply, splat};
+use crate::numbers::lanes::{Eight, Lane, POINTS};
 
 /// Capacity of the thickness rule, in whole SIMD vectors.
 const RULE_CAPACITY: usize = 2 * POINTS;

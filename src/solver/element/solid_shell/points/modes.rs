@@ -3,12 +3,12 @@
 use pulp::Simd;
 
 use super::state::{Points, vectors};
-use crate::solver::element::solid_shell::column::{DIRECTIONS, Frame, Totals};
-use crate::solver::element::solid_shell::generalised::lanes::{Powers, add_generalised};
-use crate::solver::element::solid_shell::pairs::SHAPES;
-use crate::solver::element::solid_shell::stretch::{STRETCHES, Stretch};
-use crate::solver::numbers::algebra::{apply, multiply, splat, symmetric, symmetric_matrix};
-use crate::solver::numbers::lanes::Lane;
+use crate::element::solid_shell::column::{DIRECTIONS, Frame, Totals};
+use crate::element::solid_shell::generalised::lanes::{Powers, add_generalised};
+use crate::element::solid_shell::pairs::SHAPES;
+use crate::element::solid_shell::stretch::{STRETCHES, Stretch};
+use crate::numbers::algebra::{apply, multiply, splat, symmetric, symmetric_matrix};
+use crate::numbers::lanes::Lane;
 
 /// Strain directions of the modes: thickness strain, then in-plane stretches.
 pub(super) struct Modes<S: Simd> {
@@ -120,8 +120,8 @@ impl<S: Simd> Modes<S> {
 mod tests {
     use super::super::super::stretch::Axes;
     use super::*;
-    use crate::geometry::{Mat3, Vec3};
-    use crate::solver::numbers::tensor::{self, Mandel};
+    use crate::numbers::tensor::{self, Mandel};
+    use kanagata_geometry::{Mat3, Vec3};
 
     const BASE: [[f64; 3]; 3] = [[1.0, 0.1, 0.0], [0.4, 0.8, 0.1], [0.0, -0.1, 0.3]];
     const VALUES: [f64; 2] = [0.5, -0.4];

@@ -2,39 +2,39 @@
 
 use pulp::Simd;
 
-use crate::geometry::Vec3;
-use crate::solver::element::solid_shell::pairs::SHAPES;
-use crate::solver::numbers::algebra::splat;
-use crate::solver::numbers::lanes::{Lane, POINTS};
+use crate::element::solid_shell::pairs::SHAPES;
+use crate::numbers::algebra::splat;
+use crate::numbers::lanes::{Lane, POINTS};
+use kanagata_geometry::Vec3;
 
 /// Number of columns of an element.
-pub(in crate::solver::element::solid_shell) const COLUMNS: usize = 4;
+pub(in crate::element::solid_shell) const COLUMNS: usize = 4;
 
 /// Maximum number of points of a column.
-pub(in crate::solver::element) const COLUMN_POINTS_MAX: usize = 10;
+pub(in crate::element) const COLUMN_POINTS_MAX: usize = 10;
 
 /// Array length: the points of an element and padding lanes beyond the last.
-pub(in crate::solver::element::solid_shell) const POINT_CAPACITY: usize =
+pub(in crate::element::solid_shell) const POINT_CAPACITY: usize =
     COLUMNS * COLUMN_POINTS_MAX + POINTS;
 
 /// Kinematics and material response at the points.
-pub(in crate::solver::element::solid_shell) struct Points {
+pub(in crate::element::solid_shell) struct Points {
     /// det J.
-    pub(in crate::solver) det: PerPoint,
+    pub(crate) det: PerPoint,
     /// Thickness strain of a mode at unit value over the strain at the centre, by shape.
-    pub(in crate::solver) shape_strain: [PerPoint; SHAPES],
+    pub(crate) shape_strain: [PerPoint; SHAPES],
     /// Map from natural to Cartesian strain, including the stretch.
-    pub(in crate::solver) map: [[PerPoint; 6]; 6],
+    pub(crate) map: [[PerPoint; 6]; 6],
     /// Assumed right Cauchy-Green tensor.
-    pub(in crate::solver) stretched: [PerPoint; 6],
-    pub(in crate::solver) stress: [PerPoint; 6],
-    pub(in crate::solver) tangent: [[PerPoint; 6]; 6],
-    pub(in crate::solver) elastic_energy: PerPoint,
-    pub(in crate::solver) plastic_work: PerPoint,
+    pub(crate) stretched: [PerPoint; 6],
+    pub(crate) stress: [PerPoint; 6],
+    pub(crate) tangent: [[PerPoint; 6]; 6],
+    pub(crate) elastic_energy: PerPoint,
+    pub(crate) plastic_work: PerPoint,
 }
 
 impl Points {
-    pub(in crate::solver) fn zero() -> Self {
+    pub(crate) fn zero() -> Self {
         const ZERO: PerPoint = [0.0; POINT_CAPACITY];
         Self {
             det: ZERO,
@@ -50,7 +50,7 @@ impl Points {
 }
 
 #[inline(always)]
-pub(in crate::solver::element::solid_shell) fn vectors<S: Simd>(
+pub(in crate::element::solid_shell) fn vectors<S: Simd>(
     simd: S,
     two: &[Vec3; 2],
 ) -> [[Lane<S>; 3]; 2] {
@@ -58,4 +58,4 @@ pub(in crate::solver::element::solid_shell) fn vectors<S: Simd>(
 }
 
 /// One value for each point.
-pub(in crate::solver::element::solid_shell) type PerPoint = [f64; POINT_CAPACITY];
+pub(in crate::element::solid_shell) type PerPoint = [f64; POINT_CAPACITY];

@@ -5,7 +5,7 @@ mod odd;
 use super::order::BlockGraph;
 use super::order::tests::grid;
 use super::*;
-use crate::geometry::Vec3;
+use kanagata_geometry::Vec3;
 
 struct Matrix {
     row_start: Vec<usize>,

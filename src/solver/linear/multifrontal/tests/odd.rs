@@ -2,8 +2,8 @@
 
 use super::super::order::tests::{from_ties, scattered};
 use super::*;
-use crate::solver::linear::pattern::Pattern;
-use crate::solver::linear::{Groups, LinearSolver, MultifrontalLu, SparseLu};
+use crate::linear::pattern::Pattern;
+use crate::linear::{Groups, LinearSolver, MultifrontalLu, SparseLu};
 
 /// Solutions by the multifrontal LU and faer's LU differ by less than 1e-10 of the largest.
 fn agrees_with_faer(m: &Matrix, what: &str) {

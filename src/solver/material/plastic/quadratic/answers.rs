@@ -4,10 +4,10 @@ use pulp::Simd;
 
 use super::axes::tensor;
 use super::{At, Step, ZERO};
-use crate::solver::material::law::LogResponses;
-use crate::solver::material::plastic::{BACKSTRESS, EQUIVALENT, STRAIN, WORK};
-use crate::solver::numbers::algebra::{rotate, rotate_back};
-use crate::solver::numbers::lanes::{Eight, Lane};
+use crate::material::law::LogResponses;
+use crate::material::plastic::{BACKSTRESS, EQUIVALENT, STRAIN, WORK};
+use crate::numbers::algebra::{rotate, rotate_back};
+use crate::numbers::lanes::{Eight, Lane};
 
 /// Plastic strain increments in material axes, and the work of the stress on them.
 struct Flows {

@@ -2,8 +2,8 @@
 
 use pulp::Simd;
 
-use crate::solver::material::hill48::Spectrum;
-use crate::solver::numbers::lanes::Lane;
+use crate::material::hill48::Spectrum;
+use crate::numbers::lanes::Lane;
 
 /// Components `v_i · t`.
 #[inline(always)]

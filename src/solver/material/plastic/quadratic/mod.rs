@@ -16,10 +16,10 @@ use self::search::{RESIDUAL_ACCEPTED, Search};
 use super::{
     BACKSTRESS, Decay, EQUIVALENT, Plastic, RETURN_ITERATIONS_MAX, STRAIN, YIELD_TOLERANCE,
 };
-use crate::solver::material::hill48::Spectrum;
-use crate::solver::material::law::{LogResponses, MaterialError};
-use crate::solver::numbers::algebra::rotate;
-use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
+use crate::material::hill48::Spectrum;
+use crate::material::law::{LogResponses, MaterialError};
+use crate::numbers::algebra::rotate;
+use crate::numbers::lanes::{Eight, Lane, POINTS};
 
 const ZERO: Eight = [0.0; POINTS];
 

@@ -3,8 +3,8 @@
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
-use crate::geometry::{Mat3, Vec3};
-use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::sheet::hex_mesh::HexMesh;
+use kanagata_geometry::{Mat3, Vec3};
 
 const YOUNG: f64 = 210_000.0;
 const POISSON: f64 = 0.3;
@@ -118,7 +118,7 @@ fn surface_and_faces_are_those_of_hertz() {
     let far = Vec3::new(40.0 * a, 0.0, 0.0);
     let point = force * 0.91 / (PI * YOUNG * 40.0 * a);
     assert!((pressed.sinks(&far) / point - 1.0).abs() < 1e-3);
-    let mut mesh = crate::solver::sheet::hex_mesh::rectangle(1.0, 1.0, 1.0, 12, 12, 12);
+    let mut mesh = crate::sheet::hex_mesh::rectangle(1.0, 1.0, 1.0, 12, 12, 12);
     mesh.nodes.iter_mut().for_each(|x| *x = Vec3::new(x.x, x.y, x.z - 1.0) * (8.0 * a));
     let up: f64 = pressed.forces(&mesh, 8.0 * a).iter().skip(2).step_by(3).sum();
     assert!((4.0 * up / force - 1.0).abs() < 1e-4, "{}", 4.0 * up / force);

@@ -6,13 +6,13 @@ mod sphere;
 use std::f64::consts::PI;
 
 use super::{setup, square, stage, steel, tool};
-use crate::contact::test_tools::Builder;
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
-use crate::solver::{Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation};
-use crate::tool::ToolModel;
+use crate::assembly::Body;
+use crate::element::ElementKind;
+use crate::sheet::hex_mesh::{HexMesh, rectangle};
+use crate::test_tools::Builder;
+use crate::{Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation};
+use kanagata_geometry::Vec3;
+use kanagata_tool::ToolModel;
 
 /// Radius of the sphere, the cylinder or the crown [mm].
 const RADIUS: f64 = 30.0;

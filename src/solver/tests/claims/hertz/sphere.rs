@@ -4,15 +4,15 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::halfspace::Pressed;
 use super::{Curved, MODULUS, RADIUS, grade, setup, square, stage, steel, tool};
-use crate::contact::test_tools::{arc, revolved};
-use crate::geometry::Vec3;
-use crate::solver::assembly::Body;
-use crate::solver::element::ElementKind;
-use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
-use crate::solver::{
+use crate::assembly::Body;
+use crate::element::ElementKind;
+use crate::sheet::hex_mesh::{HexMesh, rectangle};
+use crate::test_tools::{arc, revolved};
+use crate::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
 };
-use crate::tool::ToolModel;
+use kanagata_geometry::Vec3;
+use kanagata_tool::ToolModel;
 
 /// Contact radius [mm]: a thousandth of the radius of the sphere; strains of 0.05 %, small as in Hertz theory.
 const A: f64 = 1e-3 * RADIUS;

@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use std::sync::{Arc, Mutex};
-//! use kanagata::progress::Progress;
+//! use kanagata_progress::Progress;
 //!
 //! let seen = Arc::new(Mutex::new(Vec::new()));
 //! let kept = Arc::clone(&seen);

@@ -17,12 +17,12 @@
 
 mod zone;
 
-use super::part::subset;
-use crate::cad::Model;
-use crate::cad::model::Face;
-use crate::geometry::{Vec2, Vec3};
-use crate::mesh::MeshError;
-use crate::mesh::mapped::{MappedOptions, mesh};
+use kanagata_cad::Model;
+use kanagata_cad::model::Face;
+use kanagata_convert::part::subset;
+use kanagata_geometry::{Vec2, Vec3};
+use kanagata_mesh::MeshError;
+use kanagata_mesh::mapped::{MappedOptions, mesh};
 
 pub use zone::Zone;
 
@@ -41,7 +41,6 @@ pub enum Why {
 }
 
 /// Errors of the selection of reachable faces.
-#[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum ReachError {
     /// The tool is not in the scene.
@@ -94,7 +93,7 @@ pub fn within_reach(
 ) -> Result<Reached, ReachError> {
     let coarse = MappedOptions { arc_divisions: 2, ..MappedOptions::default() };
     let mesh = mesh(model, &coarse).ok();
-    let away = |m| super::conversion::faces_away(m, Some(side.unwrap_or(zone.direction())));
+    let away = |m| kanagata_convert::faces_away(m, Some(side.unwrap_or(zone.direction())));
     let turned = mesh.as_ref().is_some_and(away) ^ (flip && side.is_some());
     // Vertices of the coarse mesh lie on the tool: the foremost one over the blank is not ahead of the exact front.
     let front = if zone.touches {

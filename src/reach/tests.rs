@@ -1,16 +1,17 @@
 //! Reachable faces of the fixtures.
 
 use super::*;
-use crate::scene::types::Scene;
+use kanagata_scene::types::Scene;
 use std::path::Path;
 
 fn read(file: &str) -> Model {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(file);
-    crate::cad::read(&path).unwrap().0
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("fixtures").join(file);
+    kanagata_cad::read(&path).unwrap().0
 }
 
 fn scene(change: impl Fn(&mut serde_json::Value)) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/cross/cross.scene.json");
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .join("fixtures/cross/cross.scene.json");
     let mut value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
     change(&mut value);
     serde_json::from_value(value).unwrap()

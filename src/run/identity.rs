@@ -8,27 +8,32 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the program is made of.
+/// What the program is made of, from the root of the workspace. A package of this crate alone has its own files only.
 const SOURCES: [&str; 3] = ["src", "Cargo.toml", "Cargo.lock"];
+/// From the folder of this crate.
+const WORKSPACE: &str = "../..";
 
 fn main() {
     println!("cargo::rerun-if-env-changed=KANAGATA_COMMIT");
-    for path in SOURCES.into_iter().chain(["build.rs"]) {
-        if Path::new(path).exists() {
-            println!("cargo::rerun-if-changed={path}");
-        }
+    for path in sources() {
+        println!("cargo::rerun-if-changed={}", path.display());
     }
     let profile = env::var("PROFILE").unwrap_or_default();
     let named = env::var("KANAGATA_COMMIT").ok().filter(|commit| !commit.is_empty());
     // The checkout is not asked in builds for development: a commit would build everything again.
     let commit = named.or_else(|| if profile == "release" { checkout() } else { None });
     let source = commit.unwrap_or_else(|| format!("source-{:016x}", digest()));
-    let features = ["cli", "pages"].into_iter().filter(|feature| {
-        env::var_os(format!("CARGO_FEATURE_{}", feature.to_uppercase())).is_some()
-    });
-    let features: Vec<&str> = features.collect();
-    let features = if features.is_empty() { "library".into() } else { features.join("+") };
+    let features = if env::var_os("CARGO_FEATURE_PAGES").is_some() { "pages" } else { "library" };
     println!("cargo::rustc-env=KANAGATA_BUILD={source} {profile} {features}");
+}
+
+/// The sources that are there.
+fn sources() -> Vec<PathBuf> {
+    let whole = Path::new(WORKSPACE).join("src/run/identity.rs").exists();
+    let base = Path::new(if whole { WORKSPACE } else { "." });
+    let paths = SOURCES.into_iter().map(|path| base.join(path));
+    let found: Vec<PathBuf> = paths.filter(|path| path.exists()).collect();
+    if whole { found } else { vec![PathBuf::from(".")] }
 }
 
 /// The commit of the checkout; `None` without git, outside a checkout, or with changed files.
@@ -38,8 +43,10 @@ fn checkout() -> Option<String> {
         println!("cargo::rerun-if-changed={log}");
     }
     let commit = git(&["rev-parse", "--short=12", "HEAD"])?;
-    let changed =
-        git(&["status", "--porcelain", "--", "src", "Cargo.toml", "Cargo.lock", "build.rs"])?;
+    let paths = SOURCES.map(|path| format!(":/{path}"));
+    let mut arguments = vec!["status", "--porcelain", "--"];
+    arguments.extend(paths.iter().map(String::as_str));
+    let changed = git(&arguments)?;
     changed.is_empty().then_some(commit)
 }
 
@@ -52,8 +59,8 @@ fn git(arguments: &[&str]) -> Option<String> {
 /// Digest of the sources, their names and the compiler (FNV-1a, 64 bits): it tells builds apart and protects from nobody.
 fn digest() -> u64 {
     let mut files = Vec::new();
-    for path in SOURCES {
-        collect(Path::new(path), &mut files);
+    for path in sources() {
+        collect(&path, &mut files);
     }
     files.sort();
     let compiler = env::var("RUSTC").ok().and_then(|rustc| {

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::ReachError;
-use crate::geometry::frame::Frame;
-use crate::geometry::{Aabb, Vec3};
-use crate::mesh::io;
-use crate::scene::types::{BlankShape, Drive, Place, Scene, Tool};
+use crate::ReachError;
+use kanagata_geometry::frame::Frame;
+use kanagata_geometry::{Aabb, Vec3};
+use kanagata_mesh::io;
+use kanagata_scene::types::{BlankShape, Drive, Place, Scene, Tool};
 
 /// Allowance for the growth of the blank at its rim, over the diagonal of its projection.
 const RIM_GROWTH_RATIO: f64 = 0.05;

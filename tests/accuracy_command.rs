@@ -67,7 +67,10 @@ fn a_sequence_reaches_its_accuracy_and_its_estimates_cover_a_fine_run() {
         assert!(error > 0.0 && error <= allowed.unwrap(), "{name}: {error} {allowed:?}");
     }
     let runs = record["accuracy"]["runs"].as_array().unwrap();
-    assert!(runs.len() >= 5, "{}", runs.len());
+    assert!(runs.len() >= 4, "{}", runs.len());
+    // Forces within 10 %: increments have 3 % of the work.
+    let allowed = "solver.increment_error=0.03";
+    assert!(runs[0]["set"].to_string().contains(allowed), "{runs:?}");
     assert!(text(&std::fs::read(output.join("report.html")).unwrap()).contains("Estimated errors"));
 
     // A run with twice the elements, four layers of nine points and short increments.

@@ -1,11 +1,9 @@
-//! Which increments, points and layers a sequence needs.
-
-use std::collections::BTreeMap;
+//! Which points, layers and increments a sequence needs.
 
 use super::distance::Quantity;
 use super::error::AccuracyError;
 use super::model::Model;
-use super::options::{Choice, Parts};
+use super::options::{Choice, INCREMENTS, Parts, increment_error_within};
 use super::pattern::{LEVEL_MAX, Pattern};
 use super::quantities::Results;
 use super::runner::Runner;
@@ -19,12 +17,16 @@ use kanagata_solver::sheet::refine::plan_elements;
 /// the error of its longer elements. At half the value a strip that bends along a third of its length stays uniform.
 const WORTH_SHARE: f64 = 0.6;
 
+/// Allowed error of the increments over that of the run before, above which it stays: runs that are compared then have the
+/// same. At half the value increments may have twice the part.
+const UNCHANGED_REL: f64 = 0.5;
+
 /// Smallest part of the distance of two runs between which the choices have changed that is held to be that of their meshes.
 /// Choices that make the whole change leave this part: with half of it the mesh passes for twice as good.
 const MESH_SHARE_MIN: f64 = 0.5;
 
 impl Runner<'_> {
-    /// Chooses increments, points and layers on the last mesh, and refines the mesh with them. `ended`: why the
+    /// Chooses points and layers on the last mesh, and refines the mesh with them. `ended`: why the
     /// meshes with the first choices end.
     pub(super) fn choose_and_refine(
         &mut self,
@@ -47,6 +49,7 @@ impl Runner<'_> {
         let end = self.refine_from(model, at)?;
         if self.meshes.last() == Some(&at) {
             self.parts = first_parts;
+            self.set_increments_part(at);
         }
         Ok(end)
     }
@@ -62,7 +65,7 @@ impl Runner<'_> {
             return Ok(SequenceEnd::NotConverged);
         }
         self.chosen_after = Some(at);
-        self.meshes.push(index);
+        self.push_mesh(index);
         self.refine(1.0, 2)
     }
 
@@ -83,7 +86,8 @@ impl Runner<'_> {
         }
         let first = self.runs[base].model.clone();
         let coarse = first.mesh.scaled(0.5_f64.powi(i32::from(LEVEL_MAX)));
-        let model = self.with_levels(Model { mesh: coarse, ..first })?;
+        let increment_error = self.allowed_increments(base);
+        let model = self.with_levels(Model { mesh: coarse, increment_error, ..first })?;
         let within = self.exceeded(base, &model)?.is_none();
         let index = if within { Some(self.run(model, "pattern", Some(base))?) } else { None };
         let index = index.filter(|&index| self.runs[index].results.is_some());
@@ -121,25 +125,48 @@ impl Runner<'_> {
         Ok(plan.simulation_setup(self.scene)?.body.mesh().clone())
     }
 
-    /// Refines increments, points and layers on the mesh of a run. Returns the model with all that are needed, and the errors
-    /// of the first choices.
+    /// Appends a run to the meshes. The part of its increments is the error that the run estimates of its own.
+    pub(super) fn push_mesh(&mut self, index: usize) {
+        self.meshes.push(index);
+        self.set_increments_part(index);
+    }
+
+    fn set_increments_part(&mut self, index: usize) {
+        let run = &self.runs[index];
+        match &run.record.increment_error {
+            Some(found) => self.parts.set_increments(found.of_work, run.results()),
+            None if self.unmeasured.iter().any(|name| name == INCREMENTS) => {}
+            None => self.unmeasured.push(INCREMENTS.into()),
+        }
+    }
+
+    /// The error of the increments that the next run may have: that of run `last`, unless a quantity whose error is asked for
+    /// as a length needs a far smaller one.
+    pub(super) fn allowed_increments(&self, last: usize) -> f64 {
+        let (now, results) = (self.runs[last].model.increment_error, self.runs[last].results());
+        let fraction = |quantity: Quantity| {
+            let effect = quantity.effect(results)?.max(f64::MIN_POSITIVE);
+            Some(quantity.allowed(&self.asked, results)? / effect)
+        };
+        let smallest = Quantity::of(results).into_iter().filter_map(fraction).reduce(f64::min);
+        let needed = smallest.map_or(now, increment_error_within);
+        if needed < UNCHANGED_REL * now { needed } else { now }
+    }
+
+    /// Refines points and layers on the mesh of a run. Returns the model with all that are needed, and the errors of the first
+    /// choices.
     fn choose(&mut self, base: usize) -> Result<(Model, Parts), AccuracyError> {
-        let first = self.runs[base].largest_increments.clone();
         let mut first_parts = Parts::default();
-        let finer = self.refine_choice(Choice::Increments, base, &first, &mut first_parts)?;
-        let increments = self.runs[finer].model.increments.clone();
         // Two layers have twice the points: layers are judged with the points that are needed.
-        let points = self.refine_choice(Choice::Points, base, &first, &mut first_parts)?;
-        let layers = self.refine_choice(Choice::Layers, points, &first, &mut first_parts)?;
-        self.changes = [finer, layers].into_iter().fold(BTreeMap::new(), |mut sums, chosen| {
-            let (before, after) = (self.runs[base].results(), self.runs[chosen].results());
-            for quantity in Quantity::of(before) {
-                let change = quantity.distance(before, after).unwrap_or(0.0);
-                *sums.entry(quantity.name()).or_insert(0.0) += change * change;
-            }
-            sums
-        });
-        Ok((Model { increments, ..self.runs[layers].model.clone() }, first_parts))
+        let points = self.refine_choice(Choice::Points, base, &mut first_parts)?;
+        let layers = self.refine_choice(Choice::Layers, points, &mut first_parts)?;
+        let (before, after) = (self.runs[base].results(), self.runs[layers].results());
+        let change = |quantity: Quantity| {
+            let change = quantity.distance(before, after).unwrap_or(0.0);
+            (quantity.name(), change * change)
+        };
+        self.changes = Quantity::of(before).into_iter().map(change).collect();
+        Ok((self.runs[layers].model.clone(), first_parts))
     }
 
     /// Refines one choice of a run until its error is small, sets its part, and returns the index of the run with what is
@@ -148,20 +175,19 @@ impl Runner<'_> {
         &mut self,
         choice: Choice,
         base: usize,
-        first: &[f64],
         first_parts: &mut Parts,
     ) -> Result<usize, AccuracyError> {
         let mut coarse = base;
         loop {
             let model = self.runs[coarse].model.clone();
-            let Some(finer) = choice.refined(&model, first) else { break };
+            let Some(finer) = choice.refined(&model) else { break };
             let Some(fine) = self.run_within_limits(choice, coarse, &finer)? else {
                 if coarse == base {
                     self.unmeasured.push(choice.name().into());
                 }
                 break;
             };
-            let [before, after] = choice.errors_over_change(&model, &finer, first);
+            let [before, after] = choice.errors_over_change(&model, &finer);
             let runs = (self.runs[coarse].results().clone(), self.runs[fine].results().clone());
             if !self.parts.set(choice, before, (&runs.0, &runs.1)) {
                 self.unmeasured.push(choice.name().into());
@@ -202,17 +228,15 @@ impl Runner<'_> {
     pub(super) fn measure_again(&mut self, last: usize) -> Result<bool, AccuracyError> {
         let Some(choice) = self.largest_part(last) else { return Ok(false) };
         self.measured_again.push((choice, last));
-        let first = self.chosen_after.map(|k| self.runs[k].largest_increments.clone());
-        let first = first.unwrap_or_default();
         let fine = self.runs[last].model.clone();
-        let coarser = choice.coarsened(&fine, &first);
+        let coarser = choice.coarsened(&fine);
         // Hexahedra need the layers of the scene.
         let fewest = self.chosen_after.map_or(1, |k| self.runs[k].model.layers);
         let Some(coarser) = coarser.filter(|model| model.layers >= fewest) else {
             return Ok(true);
         };
         if let Some(coarse) = self.run_within_limits(choice, last, &coarser)? {
-            let [_, after] = choice.errors_over_change(&coarser, &fine, &first);
+            let [_, after] = choice.errors_over_change(&coarser, &fine);
             let runs = (self.runs[coarse].results().clone(), self.runs[last].results().clone());
             self.parts.set(choice, after, (&runs.0, &runs.1));
         }
@@ -222,8 +246,9 @@ impl Runner<'_> {
     /// The choice with the largest part, over what is allowed, that has not been measured on the mesh of run `last`.
     fn largest_part(&self, last: usize) -> Option<Choice> {
         let results = self.runs[last].results();
-        let all = [Choice::Increments, Choice::Points, Choice::Layers];
-        let open = all.into_iter().filter(|c| !self.measured_again.contains(&(*c, last)));
+        let open = [Choice::Points, Choice::Layers]
+            .into_iter()
+            .filter(|c| !self.measured_again.contains(&(*c, last)));
         let share = |choice: &Choice| {
             let of = |quantity: &Quantity| {
                 let allowed = quantity.allowed(&self.asked, results)?;

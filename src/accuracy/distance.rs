@@ -59,6 +59,13 @@ impl Quantity {
         }
     }
 
+    /// What the process makes of the quantity: its value, of the thickness its change.
+    pub(super) fn effect(&self, results: &Results) -> Option<f64> {
+        let value = self.value(results)?;
+        let initial = if *self == Self::Thickness { results.initial_mm } else { 0.0 };
+        Some((value - initial).abs())
+    }
+
     /// Error that is allowed for results of this size; `None` if none is asked for.
     pub(super) fn allowed(&self, accuracy: &Accuracy, results: &Results) -> Option<f64> {
         let value = self.value(results)?.abs();

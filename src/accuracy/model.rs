@@ -73,20 +73,20 @@ pub struct Model {
     pub layers: usize,
     /// Element formulation with its points through the thickness.
     pub element: ElementKind,
-    /// Largest increment of each stage as a fraction of it; `None`: as in the scene.
-    pub increments: Option<Vec<f64>>,
+    /// Error of the forces from the length of the increments that is allowed (`solver.increment_error`).
+    pub increment_error: f64,
 }
 
 impl Model {
-    /// The model of a scene; `None` for a blank from a mesh file.
-    pub(super) fn of(blank: &Blank) -> Option<Self> {
+    /// The model of a scene with an error of the increments; `None` for a blank from a mesh file.
+    pub(super) fn of(blank: &Blank, increment_error: f64) -> Option<Self> {
         let mesh = PlanMesh::of(&blank.shape)?;
         Some(Self {
             mesh,
             levels: None,
             layers: blank.layers,
             element: blank.element,
-            increments: None,
+            increment_error,
         })
     }
 
@@ -161,12 +161,8 @@ impl Model {
                 format!("{{\"solid-shell\":{{\"points\":{points},\"membrane\":{membrane}}}}}");
             put("blank.element", options)?;
         }
-        for (k, largest) in self.increments.iter().flatten().enumerate() {
-            put(&format!("stages[{k}].largest_increment"), largest.to_string())?;
-            if scene.stages[k].first_increment.is_some_and(|first| first > *largest) {
-                put(&format!("stages[{k}].first_increment"), largest.to_string())?;
-            }
-        }
+        let own = scene.solver.increment_error.unwrap_or(f64::INFINITY);
+        put("solver.increment_error", own.min(self.increment_error).to_string())?;
         Ok(out)
     }
 
@@ -174,13 +170,9 @@ impl Model {
     pub(super) fn name(&self) -> String {
         let [a, b] = self.mesh.counts();
         let points = self.points().map_or_else(String::new, |p| format!("-p{p}"));
-        let increments = self.increments.as_ref().map_or_else(String::new, |all| {
-            let most = all.iter().copied().fold(0.0, f64::max);
-            format!("-i{:.0}", 1.0 / most.max(f64::MIN_POSITIVE))
-        });
         // The levels of a mesh follow from the runs before it.
         let refined = if self.levels.is_some() { "-refined" } else { "" };
-        format!("{a}x{b}{refined}-l{}{points}{increments}", self.layers)
+        format!("{a}x{b}{refined}-l{}{points}", self.layers)
     }
 }
 
@@ -196,10 +188,7 @@ impl fmt::Display for Model {
         if let Some(points) = self.points() {
             write!(f, " of {points} points")?;
         }
-        if let Some(all) = &self.increments {
-            let most = all.iter().copied().fold(0.0, f64::max);
-            write!(f, ", increments up to {most:.3} of a stage")?;
-        }
+        write!(f, ", increments within {:.2} %", 100.0 * self.increment_error)?;
         Ok(())
     }
 }
@@ -225,7 +214,7 @@ mod tests {
             levels: levels.map(str::to_owned),
             layers: 1,
             element: ElementKind::default(),
-            increments: None,
+            increment_error: 0.01,
         };
         assert_eq!(of([30, 20], None).finer_than(&of([10, 10], None)), 3.0);
         assert_eq!(of([2, 2], Some("0120")).finer_than(&of([4, 4], None)), 2.0);
@@ -237,23 +226,19 @@ mod tests {
         let text = r#"{"format": "kanagata-scene", "version": 1, "name": "a", "material": "DC04",
             "blank": {"shape": {"quarter_disc": {"radius_mm": 10, "core": 4, "rings": 6}}, "thickness_mm": 1},
             "tools": [{"name": "punch", "file": "punch.tool.json", "direction": [0, 0, -1]}],
-            "stages": [{"name": "draw", "first_increment": 0.2}]}"#;
+            "solver": {"increment_error": 0.002},
+            "stages": [{"name": "draw"}]}"#;
         let scene: Scene = serde_json::from_str(text).unwrap();
-        let model = Model::of(&scene.blank).unwrap();
-        let finer = Model {
-            mesh: model.mesh.scaled(2.0),
-            increments: Some(vec![0.05]),
-            layers: 2,
-            ..model.with_points(9)
-        };
+        let model = Model::of(&scene.blank, 0.003).unwrap();
+        let finer = Model { mesh: model.mesh.scaled(2.0), layers: 2, ..model.with_points(9) };
         let mut value: serde_json::Value = serde_json::from_str(text).unwrap();
         for one in finer.set(&scene).unwrap() {
             one.apply(&mut value).unwrap();
         }
         let set: Scene = serde_json::from_value(value).unwrap();
-        assert_eq!(Model { increments: Some(vec![0.05]), ..Model::of(&set.blank).unwrap() }, finer);
-        let stage = &set.stages[0];
-        assert_eq!((stage.first_increment, stage.largest_increment), (Some(0.05), Some(0.05)));
-        assert_eq!(finer.name(), "8x12-l2-p9-i20");
+        assert_eq!(Model::of(&set.blank, 0.003).unwrap(), finer);
+        // That of the scene is smaller than 0.003.
+        assert_eq!(set.solver.increment_error, Some(0.002));
+        assert_eq!(finer.name(), "8x12-l2-p9");
     }
 }

@@ -1,17 +1,16 @@
-//! Increments, points and layers: the error that each leaves, measured by refining it alone on the first mesh.
+//! Points and layers: the error that each leaves, measured by refining it alone on a coarse mesh. Increments: the error that
+//! a run estimates of its own.
 
 use std::collections::BTreeMap;
 
 use super::distance::Quantity;
 use super::model::{Model, POINTS};
 use super::quantities::Results;
-use kanagata_report::record::HistoryRow;
+use kanagata_scene::accuracy::Accuracy;
 
 /// A numerical choice besides the mesh in plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Choice {
-    /// Length of the increments.
-    Increments,
     /// Points through the thickness of a layer of solid-shells.
     Points,
     /// Layers of elements.
@@ -22,15 +21,33 @@ pub(super) enum Choice {
 const POINTS_MAX: u8 = 10;
 /// Most layers that are tried. One layer has the bending moment (`docs/guide/elements-layers-points.md`); the effect of further layers is that of shear and of contact.
 const LAYERS_MAX: usize = 4;
-/// Shortest increments that are tried, over those of the first run. Each further half doubles the time.
-const INCREMENTS_MIN: f64 = 0.25;
-
-/// Part of the allowed error up to which increments and points stay as they are. With half of it runs get shorter increments
-/// that do not need them.
-const CHOICE_SHARE: f64 = 0.3;
+/// Part of the allowed error up to which points stay as they are, and which the increments may have. With half of it runs get
+/// shorter increments that they do not need.
+pub(super) const CHOICE_SHARE: f64 = 0.3;
+/// Name of the part of the increments in records.
+pub(super) const INCREMENTS: &str = "increments";
 /// The same for layers: each doubling more than doubles the time of all further runs, where a mesh that is finer by 1.2 takes
 /// half as much more. All three together then make 0.8 of what is allowed.
 const LAYERS_SHARE: f64 = 0.7;
+
+/// Smallest and largest error of the increments that a run may be given.
+const INCREMENT_ERRORS: [f64; 2] = [1e-4, 0.05];
+/// The error of the increments in the first run where errors are asked for as lengths only, or of the thickness. Runs after it follow from what it
+/// finds; with the double a force curve that turns often is 2 % off in it.
+const INCREMENT_ERROR_UNKNOWN: f64 = 0.01;
+
+/// The error of the increments that is small beside the allowed error `fraction` of all quantities.
+pub(super) fn increment_error_within(fraction: f64) -> f64 {
+    (CHOICE_SHARE * fraction).clamp(INCREMENT_ERRORS[0], INCREMENT_ERRORS[1])
+}
+
+/// The error of the increments that the first run may have. The thickness is not among the quantities: its error is over the
+/// thickness, not over the change that the process makes.
+pub(super) fn first_increment_error(asked: &Accuracy) -> f64 {
+    let fractions = [asked.force, asked.draw_in, asked.springback];
+    let smallest = fractions.into_iter().flatten().reduce(f64::min);
+    smallest.map_or(INCREMENT_ERROR_UNKNOWN, increment_error_within)
+}
 
 impl Choice {
     /// Part of the allowed error up to which this choice is not refined.
@@ -41,23 +58,14 @@ impl Choice {
     /// Name in records.
     pub(super) fn name(self) -> &'static str {
         match self {
-            Self::Increments => "increments",
             Self::Points => "points",
             Self::Layers => "layers",
         }
     }
 
-    /// The model with this choice refined once; `None` where it cannot be. `first`: largest increment of each stage of the
-    /// first run.
-    pub(super) fn refined(self, model: &Model, first: &[f64]) -> Option<Model> {
+    /// The model with this choice refined once; `None` where it cannot be.
+    pub(super) fn refined(self, model: &Model) -> Option<Model> {
         match self {
-            Self::Increments => {
-                let now = model.increments.as_deref().unwrap_or(first);
-                let next: Vec<f64> = now.iter().map(|x| 0.5 * x).collect();
-                let shortest = next.iter().zip(first).map(|(a, b)| a / b).fold(1.0, f64::min);
-                let fits = shortest >= INCREMENTS_MIN && !next.is_empty();
-                fits.then(|| Model { increments: Some(next), ..model.clone() })
-            }
             Self::Points => {
                 let now = model.points()?;
                 (now < POINTS_MAX).then(|| model.with_points(POINTS_MAX))
@@ -70,14 +78,8 @@ impl Choice {
     }
 
     /// The model with this choice one step coarser; `None` for the first one.
-    pub(super) fn coarsened(self, model: &Model, first: &[f64]) -> Option<Model> {
+    pub(super) fn coarsened(self, model: &Model) -> Option<Model> {
         match self {
-            Self::Increments => {
-                let now = model.increments.as_ref()?;
-                let before: Vec<f64> = now.iter().map(|x| 2.0 * x).collect();
-                let increments = before.iter().zip(first).any(|(a, b)| a < b).then_some(before);
-                Some(Model { increments, ..model.clone() })
-            }
             Self::Points => (model.points()? == POINTS_MAX).then(|| model.with_points(POINTS)),
             Self::Layers => {
                 (model.layers > 1).then(|| Model { layers: model.layers / 2, ..model.clone() })
@@ -85,45 +87,20 @@ impl Choice {
         }
     }
 
-    /// What the error is proportional to: the length of the increments (backward Euler), the inverse squares of the points
-    /// and of the layers. From 6 to 10 points errors fall as the first power where tension moves the neutral surface at one
+    /// What the error is proportional to: the inverse squares of the points and of the layers. From 6 to 10 points errors fall as the first power where tension moves the neutral surface at one
     /// place; their mean over a sheet falls faster.
-    fn scale(self, model: &Model, first: &[f64]) -> f64 {
+    fn scale(self, model: &Model) -> f64 {
         match self {
-            Self::Increments => {
-                let now = model.increments.as_deref().unwrap_or(first);
-                now.iter().zip(first).map(|(a, b)| a / b).fold(0.0, f64::max)
-            }
             Self::Points => model.points().map_or(1.0, |points| 1.0 / f64::from(points).powi(2)),
             Self::Layers => 1.0 / (model.layers as f64).powi(2),
         }
     }
 
     /// Errors of `coarse` and `fine` over the change between them.
-    pub(super) fn errors_over_change(
-        self,
-        coarse: &Model,
-        fine: &Model,
-        first: &[f64],
-    ) -> [f64; 2] {
-        let (a, b) = (self.scale(coarse, first), self.scale(fine, first));
+    pub(super) fn errors_over_change(self, coarse: &Model, fine: &Model) -> [f64; 2] {
+        let (a, b) = (self.scale(coarse), self.scale(fine));
         [a / (a - b), b / (a - b)]
     }
-}
-
-/// Largest increment of each of `stages` stages in a history, as a fraction of the stage.
-pub(super) fn largest_increments(rows: &[HistoryRow], stages: usize) -> Vec<f64> {
-    let mut largest = vec![0.0_f64; stages];
-    let mut before = 0.0;
-    for row in rows {
-        // An increment that ends a stage has its whole number as process time.
-        let stage = ((row.time.ceil() - 1.0).max(0.0) as usize).min(stages.saturating_sub(1));
-        if let Some(largest) = largest.get_mut(stage) {
-            *largest = largest.max(row.time - before);
-        }
-        before = row.time;
-    }
-    largest.iter().map(|x| if *x > 0.0 { x.min(1.0) } else { 1.0 }).collect()
 }
 
 /// Error of every quantity by choice.
@@ -142,6 +119,14 @@ impl Parts {
             self.0.entry(quantity.name()).or_default().insert(choice.name(), factor * change);
         }
         complete
+    }
+
+    /// Sets the part of the increments: every quantity lacks the fraction `of_work` of what the process makes of it.
+    pub(super) fn set_increments(&mut self, of_work: f64, results: &Results) {
+        for quantity in Quantity::of(results) {
+            let part = of_work * quantity.effect(results).unwrap_or(0.0);
+            self.0.entry(quantity.name()).or_default().insert(INCREMENTS, part);
+        }
     }
 
     /// The parts of a quantity by choice.
@@ -172,49 +157,45 @@ mod tests {
             levels: None,
             layers: 1,
             element: ElementKind::default(),
-            increments: None,
+            increment_error: 0.01,
         }
     }
 
     #[test]
     fn choices_are_refined_to_their_ends() {
-        let first = [0.1, 0.5];
-        let finer = Choice::Increments.refined(&model(), &first).unwrap();
-        assert_eq!(finer.increments, Some(vec![0.05, 0.25]));
-        let finest = Choice::Increments.refined(&finer, &first).unwrap();
-        assert_eq!(Choice::Increments.refined(&finest, &first), None);
-        assert_eq!(Choice::Increments.coarsened(&finest, &first), Some(finer.clone()));
-        assert_eq!(Choice::Increments.coarsened(&finer, &first), Some(model()));
-        assert_eq!(Choice::Increments.coarsened(&model(), &first), None);
-        assert_eq!(Choice::Increments.errors_over_change(&model(), &finer, &first), [2.0, 1.0]);
-        let most = Choice::Points.refined(&model(), &first).unwrap();
-        assert_eq!((most.points(), Choice::Points.refined(&most, &first)), (Some(10), None));
-        assert_eq!(Choice::Points.coarsened(&most, &first), Some(model().with_points(POINTS)));
-        let two = Choice::Layers.refined(&model(), &first).unwrap();
-        assert_eq!(Choice::Layers.coarsened(&two, &first), Some(model()));
-        assert_eq!(Choice::Layers.coarsened(&model(), &first), None);
-        let errors = Choice::Layers.errors_over_change(&model(), &two, &first);
+        let most = Choice::Points.refined(&model()).unwrap();
+        assert_eq!((most.points(), Choice::Points.refined(&most)), (Some(10), None));
+        assert_eq!(Choice::Points.coarsened(&most), Some(model().with_points(POINTS)));
+        let two = Choice::Layers.refined(&model()).unwrap();
+        assert_eq!(Choice::Layers.coarsened(&two), Some(model()));
+        assert_eq!(Choice::Layers.coarsened(&model()), None);
+        let errors = Choice::Layers.errors_over_change(&model(), &two);
         assert!((errors[0] - 4.0 / 3.0).abs() < 1e-12 && (errors[1] - 1.0 / 3.0).abs() < 1e-12);
         let hexahedra = Model { element: ElementKind::Hex8, ..model() };
-        assert_eq!(Choice::Points.refined(&hexahedra, &first), None);
+        assert_eq!(Choice::Points.refined(&hexahedra), None);
     }
 
+    /// A force of 200 N, a sheet of 0.8 mm that thins to 0.7 mm, a border that moves by 5 mm: 1 % of each, of the thickness 1 %
+    /// of the change.
     #[test]
-    fn increments_are_those_of_their_stage() {
-        let row = |time: f64| HistoryRow {
-            increment: 1,
-            stage: String::new(),
-            time,
-            travel_mm: Vec::new(),
-            force_n: Vec::new(),
-            pressure_mpa: Vec::new(),
-            iterations: 1,
-            contacts: [0; 2],
-            energy: Default::default(),
+    fn increments_have_a_part_of_what_the_process_makes() {
+        use super::super::quantities::ForceCurve;
+        use kanagata_geometry::Vec2;
+        let force = ForceCurve {
+            tool: "punch".into(),
+            stages: vec![[0.0, 1.0]],
+            points: vec![[0.0, 0.0], [1.0, 200.0]],
         };
-        let rows = [row(0.5), row(1.0), row(1.1), row(1.35), row(2.0)];
-        let largest = largest_increments(&rows, 3);
-        assert!((largest[0] - 0.5).abs() < 1e-12 && (largest[1] - 0.65).abs() < 1e-12);
-        assert_eq!(largest[2], 1.0);
+        let results = Results {
+            forces: vec![force],
+            initial_mm: 0.8,
+            border: vec![(0.0, Vec2::new(3.0, 4.0))],
+            ..Results::default()
+        };
+        let mut parts = Parts::default();
+        parts.set_increments(0.01, &results);
+        let of = |quantity: Quantity| parts.together(&quantity);
+        assert_eq!(of(Quantity::Force("punch".into())), 2.0);
+        assert_eq!(of(Quantity::DrawIn), 0.05);
     }
 }

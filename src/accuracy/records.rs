@@ -6,12 +6,12 @@ use super::distance::Quantity;
 use super::error::AccuracyError;
 use super::estimate::MeshError;
 use super::model::Model;
-use super::options::{largest_increments, together};
+use super::options::together;
 use super::quantities::Results;
 use super::runner::{Done, Runner, Sequence};
-use kanagata_files::{Input, read, read_text};
+use kanagata_files::{Input, read};
 use kanagata_report::record::{
-    AccuracyRecord, History, QuantityRecord, RunRecord, SequenceEnd, SequenceRunRecord, Verdict,
+    AccuracyRecord, QuantityRecord, RunRecord, SequenceEnd, SequenceRunRecord, Verdict,
 };
 use kanagata_run::build::BUILD;
 use kanagata_run::{RunError, RunOptions, WriteReport, inputs_of, run};
@@ -71,10 +71,7 @@ impl Runner<'_> {
         }
         let results = done.then(|| Results::read(&folder, &plan, &record, self.scene));
         let results = results.transpose()?;
-        let history = read_text(&folder.join("history.csv"), Input::Table).unwrap_or_default();
-        let history = History::parse(&history).unwrap_or_default();
         self.runs.push(Done {
-            largest_increments: largest_increments(&history.rows, plan.scene.stages.len()),
             model,
             purpose,
             folder,

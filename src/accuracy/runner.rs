@@ -56,7 +56,6 @@ pub(super) struct Done {
     pub(super) folder: PathBuf,
     pub(super) set: Vec<String>,
     pub(super) record: RunRecord,
-    pub(super) largest_increments: Vec<f64>,
     /// `None`: it did not converge.
     pub(super) results: Option<Results>,
     /// Index of the run that it is compared with.
@@ -94,7 +93,7 @@ pub(super) struct Runner<'a> {
     pub(super) keeps_steps: bool,
     /// Choices whose parts were measured again, with the run on whose mesh.
     pub(super) measured_again: Vec<(Choice, usize)>,
-    /// Whether increments, points and layers are chosen.
+    /// Whether points and layers are chosen.
     pub(super) chosen: bool,
     /// Choices whose error could not be measured.
     pub(super) unmeasured: Vec<String>,

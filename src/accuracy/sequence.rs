@@ -7,7 +7,7 @@ use super::distance::Quantity;
 use super::error::AccuracyError;
 use super::estimate::MeshError;
 use super::model::Model;
-use super::options::Parts;
+use super::options::{Parts, first_increment_error};
 use super::records;
 use super::runner::{Limits, Observer, Runner, Sequence};
 use super::start::start;
@@ -25,7 +25,7 @@ const RUNS_MAX: usize = 16;
 /// Finer first meshes that are tried where the first does not converge.
 const STARTS_MAX: usize = 3;
 /// Multiple of the allowed errors up to which meshes are refined with the first choices: two more meshes with a ratio of 2
-/// and the order 1.3 then are fine enough. On a mesh that is far too coarse the effect of increments and layers on a jagged
+/// and the order 1.3 then are fine enough. On a mesh that is far too coarse the effect of points and layers on a jagged
 /// force is not that on a fine mesh; a finer uniform mesh costs more than two that are locally refined.
 const COARSE: f64 = 6.0;
 /// Fewest meshes with the first choices: layers have an effect of their own on a mesh of two elements over a radius,
@@ -62,7 +62,7 @@ pub fn run_to_accuracy(
     let plan = read_with(scene, set)?;
     let asked = accuracy.or(plan.scene.accuracy);
     let asked = asked.ok_or_else(|| AccuracyError::NoAccuracy { path: scene.into() })?;
-    let first = first_model(&plan, scene)?;
+    let first = first_model(&plan, scene, &asked)?;
     let mut runner = Runner {
         scene,
         set,
@@ -85,17 +85,18 @@ pub fn run_to_accuracy(
     let base = runner.first_run(first)?;
     runner.check_quantities(base)?;
     let refined = runner.refined_run(base)?;
-    runner.meshes.push(refined.unwrap_or(base));
+    runner.push_mesh(refined.unwrap_or(base));
     let ended = runner.refine(COARSE, MESHES_MIN)?;
     let end = runner.choose_and_refine(ended)?;
     Ok(runner.outcome(end))
 }
 
 /// The model of the first run.
-fn first_model(plan: &Plan, scene: &Path) -> Result<Model, AccuracyError> {
+fn first_model(plan: &Plan, scene: &Path, asked: &Accuracy) -> Result<Model, AccuracyError> {
     let mut setup = plan.simulation_setup(scene)?;
     setup.place().map_err(records::setup_error)?;
-    start(plan, &setup).ok_or_else(|| AccuracyError::MeshFile { path: scene.into() })
+    start(plan, &setup, first_increment_error(asked))
+        .ok_or_else(|| AccuracyError::MeshFile { path: scene.into() })
 }
 
 impl Runner<'_> {
@@ -161,7 +162,9 @@ impl Runner<'_> {
                 Err(end) => return Ok(end),
             };
             let model = self.runs[last].model.clone();
-            let next = self.with_levels(Model { mesh: model.mesh.scaled(ratio), ..model })?;
+            let increment_error = self.allowed_increments(last);
+            let mesh = model.mesh.scaled(ratio);
+            let next = self.with_levels(Model { mesh, increment_error, ..model })?;
             if let Some(end) = self.exceeded(last, &next)? {
                 return Ok(end);
             }
@@ -169,7 +172,7 @@ impl Runner<'_> {
             if self.runs[index].results.is_none() {
                 return Ok(SequenceEnd::NotConverged);
             }
-            self.meshes.push(index);
+            self.push_mesh(index);
         }
     }
 

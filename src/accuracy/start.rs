@@ -19,9 +19,10 @@ const FINER_MAX: f64 = 4.0;
 const FINER_ELEMENTS_MAX: f64 = 2_500.0;
 
 /// The model of the first run: elements of the longest length with which they do not invert over the smallest radius that
-/// the sheet can touch, in the scene's proportions; solid-shells in one layer of at most six points.
-pub(super) fn start(plan: &Plan, setup: &SimulationSetup) -> Option<Model> {
-    let model = Model::of(&plan.scene.blank)?.with_fewest();
+/// the sheet can touch, in the scene's proportions; solid-shells in one layer of at most six points, increments with the error
+/// `increment_error`.
+pub(super) fn start(plan: &Plan, setup: &SimulationSetup, increment_error: f64) -> Option<Model> {
+    let model = Model::of(&plan.scene.blank, increment_error)?.with_fewest();
     let wanted = longest_element(setup);
     let factor = longest_length(&plan.scene.blank.shape) / wanted;
     let counts = model.mesh.counts();

@@ -14,8 +14,8 @@ pub struct AccuracyRecord {
     pub end: SequenceEnd,
     /// The quantities with their estimated errors.
     pub quantities: Vec<QuantityRecord>,
-    /// `mesh`, `layers`, `points` or `increments` whose error is not known: there was no time or memory for the finer run, or
-    /// it did not converge.
+    /// `mesh`, `layers` or `points` whose error is not known: there was no time or memory for the finer run, or it did not
+    /// converge; `increments` where a run has no estimate.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unmeasured: Vec<String>,
     /// The runs, in order.
@@ -72,7 +72,7 @@ pub struct QuantityRecord {
 pub struct SequenceRunRecord {
     /// Folder, relative to that of the last run's results.
     pub folder: String,
-    /// What it is for: `mesh`, `pattern`, `layers`, `points` or `increments`.
+    /// What it is for: `mesh`, `pattern`, `layers` or `points`.
     pub purpose: String,
     /// Elements in plan, layers, points and increments in words.
     pub model: String,

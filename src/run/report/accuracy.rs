@@ -8,8 +8,8 @@ use kanagata_report::record::{AccuracyRecord, QuantityRecord, SequenceRunRecord}
 pub(super) fn errors(page: &mut Page, record: &AccuracyRecord) {
     page.heading("Estimated errors");
     page.text(&format!(
-        "Errors from {} runs: {}. Parts: mesh by extrapolation with the observed order of convergence; increments, points and \
-         layers by refining each on a coarse mesh; together as the root of the sum of the squares. The runs took {:.1} s of processor time, {:.2} times the last of them.",
+        "Errors from {} runs: {}. Parts: mesh by extrapolation with the observed order of convergence; points and layers by \
+         refining each on a coarse mesh; increments by the estimate of the last run; together as the root of the sum of the squares. The runs took {:.1} s of processor time, {:.2} times the last of them.",
         record.runs.len(),
         record.end.in_words().0,
         record.cpu_s,

@@ -22,7 +22,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 
 # Pan of 1 mm sheet: opening and depth of the die [mm], radius of its corners in plan, draft of its wall [deg], radii of
 # the punch and of the die, clearance between their walls.
-PAN = {"size": (200.0, 150.0), "depth": 30.0, "corner": 30.0, "draft": 6.0, "punch": 10.0, "die": 10.0}
+PAN = {"size": (200.0, 150.0), "depth": 30.0, "corner": 40.0, "draft": 8.0, "punch": 15.0, "die": 15.0}
 PAN_SHEET, PAN_CLEARANCE, PAN_BLOCK = 1.0, 1.1, (320.0, 270.0)
 
 # U-channel of 1.2 mm sheet: width of the punch, depth of the die, length, radii, clearance, width of the tools [mm].
@@ -57,11 +57,12 @@ def pan():
 
 def u_channel():
     half, length, high = U["width"] / 2, U["length"], U["depth"] + U_SHEET + 20
-    die = block((U_BLOCK, length), -U["depth"] - 40, 0)
-    die = die.cut(block((2 * (half + U_CLEARANCE), length + 2), -U["depth"], 1))
-    die = die.edges(between((-half - 3, -length, -1), (half + 3, length, 1))).edges("|Y").fillet(U["die"])
+    frame = length + 40
+    die = block((U_BLOCK, frame), -U["depth"] - 40, 0)
+    die = die.cut(block((2 * (half + U_CLEARANCE), frame + 2), -U["depth"], 1))
+    die = die.edges(between((-half - 3, -frame, -1), (half + 3, frame, 1))).edges("|Y").fillet(U["die"])
     punch = block((2 * half, length), U_SHEET, high).faces("<Z").edges("|Y").fillet(U["punch"])
-    holder = block((U_BLOCK, length + 40), U_SHEET, U_SHEET + 30)
+    holder = block((U_BLOCK, frame), U_SHEET, U_SHEET + 30)
     return {"die": die, "punch": punch, "holder": holder.cut(block((2 * half + 4, length + 10), 0, 99))}
 
 

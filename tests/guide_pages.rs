@@ -156,3 +156,54 @@ fn a_die_set_is_run_with_its_punch_and_with_one_made_from_the_die() {
     assert!(off < 0.01, "{} with its punch, {} with the offset", thinnest(&own), thinnest(&made));
     assert!(thinnest(&own) < 0.79, "{}", thinnest(&own));
 }
+
+/// Die, punch and holder of a pan to a verdict on formability. The second mesh of the page is coarser here; the page states
+/// thickness and margin of its own.
+#[test]
+fn the_pan_of_the_page_is_judged() {
+    let folder = tempfile::tempdir().unwrap();
+    let coarse =
+        |script: String| script.replace("\"elements\": [56, 46]", "\"elements\": [40, 33]");
+    let all: Vec<String> = scripts(&page("pan.md")).into_iter().map(coarse).collect();
+    let [inspect, init, .., made] = &all[..] else { panic!("{all:#?}") };
+    assert!(inspect.contains("kanagata inspect") && init.contains("kanagata init"), "{all:#?}");
+    assert!(made.contains("kanagata run") && made.contains("[40, 33]"), "{all:#?}");
+    run(folder.path(), &all);
+    let out = folder.path().join("out/pan");
+    for file in ["die.tool.json", "coarse/report.html", "run/report.html"] {
+        assert!(out.join(file).exists(), "{file}");
+    }
+    let record = record(&out.join("run"));
+    let thickness = record["thickness"]["minimum_mm"].as_f64().unwrap();
+    assert!((thickness - 0.96).abs() < 0.01, "{thickness}");
+    let margin = record["formability"]["margin"]["margin"].as_f64().unwrap();
+    assert!((margin - 0.87).abs() < 0.04, "{margin}");
+    // Both limits of quality are kept.
+    let doubts = record["doubts"].as_array().unwrap();
+    let is_of_mesh = |doubt: &Value| doubt["code"] == "penetration-on-faces";
+    assert!(doubts.iter().all(is_of_mesh), "{doubts:#?}");
+}
+
+/// Die, punch and holder of a channel to its angles after springback, as the page states them.
+#[test]
+fn the_u_channel_of_the_page_has_its_angles_after_springback() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = scripts(&page("u-channel.md"));
+    let [inspect, scene, made] = &all[..] else { panic!("{all:#?}") };
+    assert!(inspect.contains("kanagata inspect") && scene.contains("channel.scene.json"));
+    assert!(made.contains("kanagata run"), "{all:#?}");
+    run(folder.path(), &all);
+    let record = record(&folder.path().join("out/u-channel/run"));
+    let wall = &record["sections"][0]["walls"][0];
+    let stated = [
+        ("released_wall_deg", 110.5, 1.0),
+        ("released_flange_deg", 80.4, 1.0),
+        ("curl_radius_mm", 110.0, 12.0),
+    ];
+    for (key, stated, tolerance) in stated {
+        let found = wall[key].as_f64().unwrap();
+        assert!((found - stated).abs() < tolerance, "{key}: {found}, {stated} on the page");
+    }
+    let thickness = record["thickness"]["minimum_mm"].as_f64().unwrap();
+    assert!((thickness - 1.168).abs() < 0.005, "{thickness}");
+}

@@ -195,9 +195,9 @@ fn the_u_channel_of_the_page_has_its_angles_after_springback() {
     let record = record(&folder.path().join("out/u-channel/run"));
     let wall = &record["sections"][0]["walls"][0];
     let stated = [
-        ("released_wall_deg", 110.5, 1.0),
+        ("released_wall_deg", 110.9, 1.0),
         ("released_flange_deg", 80.4, 1.0),
-        ("curl_radius_mm", 110.0, 12.0),
+        ("curl_radius_mm", 109.0, 12.0),
     ];
     for (key, stated, tolerance) in stated {
         let found = wall[key].as_f64().unwrap();

@@ -162,12 +162,17 @@ impl<const D: usize> Curve<D> {
         let mut out = self.clone();
         out.points.reverse();
         out.weights.reverse();
-        out.knots = self.knots.iter().rev().map(|k| low + high - k).collect();
-        // Rounding must not change the ends of the domain.
+        // Rounding must not change the ends of the domain: all knots at one end come to the other, also where the sum of both
+        // ends is the larger one.
+        let mirrored = |k: f64| match k {
+            k if k == high => low,
+            k if k == low => high,
+            k => low + high - k,
+        };
+        out.knots = self.knots.iter().rev().map(|k| mirrored(*k)).collect();
         let (p, n) = (self.degree, self.points.len());
-        out.knots[p] = low;
-        out.knots[n] = high;
         out.knots[..p].iter_mut().for_each(|k| *k = k.min(low));
+        out.knots[p..n].iter_mut().for_each(|k| *k = k.clamp(low, high));
         out.knots[n..].iter_mut().for_each(|k| *k = k.max(high));
         out
     }

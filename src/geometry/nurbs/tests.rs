@@ -146,6 +146,21 @@ fn reversal_trimming_and_elevation_keep_the_curve() {
     assert_eq!(back.domain(), arc.domain());
 }
 
+/// An arc that begins at a positive angle beside zero: the sum of both ends is the far one.
+#[test]
+fn reversal_keeps_all_knots_at_the_ends_of_the_domain() {
+    for low in [4.57e-77, 1e-17, -1e-17, 0.1] {
+        let arc = Curve3::ellipse_arc(&Frame::world(), 1.5, 1.5, low, 3.0);
+        let back = arc.reversed();
+        let knots = back.knots().to_vec();
+        assert_eq!(knots[..3], [low; 3]);
+        assert_eq!(knots[knots.len() - 3..], [3.0; 3]);
+        let again = Curve3::try_new(2, knots, back.points().to_vec(), None);
+        assert!(again.is_ok(), "{low}: {again:?}");
+        assert!((back.point(low) - arc.point(3.0)).norm() < 1e-14);
+    }
+}
+
 #[test]
 fn unclamped_knots_have_the_inner_domain() {
     let points: Vec<Vec3> =

@@ -65,8 +65,8 @@ pub(super) struct Plane {
 
 impl Plane {
     pub fn to_plane(&self, uv: Vec2) -> Point2<f64> {
-        // The triangulation rejects non-zero coordinates below 1e-142.
-        let clean = |x: f64| if x.abs() < 1e-100 { 0.0 } else { x };
+        // The triangulation rejects smaller coordinates other than zero.
+        let clean = |x: f64| if x.abs() < spade::MIN_ALLOWED_VALUE { 0.0 } else { x };
         let [u, v] = &self.axes;
         let [x, y] = [(u, uv.x), (v, uv.y)].map(|(axis, p)| Axis::mapped(&axis.at, &axis.to, p));
         Point2::new(clean(x), clean(y))
@@ -235,6 +235,19 @@ pub(super) fn crossings(loops: &[Vec<Point2<f64>>], level: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Directions of a file with components of 1e-47 give such parameters.
+    #[test]
+    fn coordinates_beside_zero_are_taken_by_the_triangulation() {
+        use super::super::triangulator::Delaunay;
+        use spade::Triangulation;
+        let axis = || Axis { at: vec![0.0, 1.0], to: vec![0.0, 1.0] };
+        let plane = Plane { axes: [axis(), axis()], cell: None };
+        for x in [0.0, 1e-150, -2e-47, 1.7e-43, 1.8e-43, 1e-30] {
+            let mut triangulation = Delaunay::new();
+            assert!(triangulation.insert(plane.to_plane(Vec2::new(x, 1.0))).is_ok(), "{x}");
+        }
+    }
 
     #[test]
     fn a_plane_is_mapped_back_and_forth() {

@@ -4,8 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use kanagata::prelude::make_tools;
+use kanagata::prelude::{Progress, make_tools, make_tools_watched};
 use kanagata::scene::read::{parse, read};
+use kanagata::scene::set_value::SetValue;
 use kanagata::scene::types::{BlankShape, Scene};
 
 fn fixture(path: &str) -> PathBuf {
@@ -48,6 +49,57 @@ fn make_and_check(folder: &Path, printed: &str) -> Vec<usize> {
     let done = call("kanagata-solve", folder, &["check", "part/part.scene.json"]);
     assert_ne!(done.status.code(), Some(2), "{}", text(&done.stderr));
     made.iter().map(|m| m.tool.patches()).collect()
+}
+
+fn tools_of(part: &str) -> [String; 3] {
+    ["die", "holder", "punch"]
+        .map(|name| fixture(&format!("{part}/{name}.stp")).to_str().unwrap().to_owned())
+}
+
+/// The channel's punch is 80 mm wide and 120 mm long about y = 0, die and holder are 160 mm long.
+#[test]
+fn a_strip_lies_where_all_tools_are_and_its_holder_presses_on_its_flange() {
+    let folder = tempfile::tempdir().unwrap();
+    let tools = tools_of("u-channel");
+    let tools = tools.each_ref().map(String::as_str);
+    let (scene, printed) = init(
+        folder.path(),
+        &[&["--kind", "u-draw", "--thickness", "1.2mm", "--tools"][..], &tools[..]].concat(),
+    );
+    let BlankShape::Rectangle { corner_mm, size_mm, elements } = &scene.blank.shape else {
+        panic!("{:?}", scene.blank.shape)
+    };
+    assert_eq!((corner_mm[0], elements[1]), (0.0, 1));
+    assert!((corner_mm[1] + 0.5 * size_mm[1]).abs() < 1e-6, "{corner_mm:?} {size_mm:?}");
+    // 2 MPa on both halves of the strip beside the punch, in two digits.
+    let pressed = 2.0 * size_mm[1] * (size_mm[0] - 40.0);
+    let stages = serde_json::to_value(&scene.stages).unwrap();
+    let force = stages[0]["drive"]["holder"]["force_n"].as_f64().unwrap();
+    assert!((force / (2.0 * pressed) - 1.0).abs() < 0.1, "{force} on {pressed} mm2");
+    assert!(printed.contains("die: below the sheet, 260.0 x 160.0 x"), "{printed}");
+    assert!(printed.contains("blank: half of the sheet, "), "{printed}");
+    make_and_check(folder.path(), &printed);
+}
+
+/// The pan closes after 30 mm; `--set` of a smaller blank reaches fewer faces of the die.
+#[test]
+fn the_travel_closes_the_tools_and_tools_are_those_of_the_values_that_are_set() {
+    let folder = tempfile::tempdir().unwrap();
+    let tools = tools_of("pan");
+    let tools = tools.each_ref().map(String::as_str);
+    let (scene, printed) = init(folder.path(), &[&["--tools"][..], &tools[..]].concat());
+    let stages = serde_json::to_value(&scene.stages).unwrap();
+    assert_eq!(stages[1]["drive"]["punch"]["travel_mm"], 30.0, "{printed}");
+    let path = folder.path().join("part/part.scene.json");
+    let made = |set: &[SetValue]| {
+        let made = make_tools_watched(&path, set, &mut |_| (), &Progress::default()).unwrap();
+        (made[0].is_new, made[0].tool.patches())
+    };
+    let (_, whole) = made(&[]);
+    let smaller = SetValue::new("blank.shape.rectangle.size_mm", "[90, 65]").unwrap();
+    let (is_new, part) = made(&[smaller]);
+    assert!(is_new && part < whole, "{part} of {whole}");
+    assert_eq!(made(&[]), (true, whole));
 }
 
 /// Die, binder and punch of a square cup of 100 x 100 mm in one STEP file, drawn by 25 mm in the guide. The die has a

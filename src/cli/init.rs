@@ -220,8 +220,8 @@ fn relative(path: &Path, folder: &Path) -> String {
 }
 
 fn print(layout: &Layout, scene: &Path) {
-    for (name, below) in layout.sides() {
-        out!("  {name}: {} the sheet", if below { "below" } else { "above" });
+    for line in layout.summary() {
+        out!("  {line}");
     }
     for name in layout.idle() {
         err!(

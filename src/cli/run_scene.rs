@@ -51,7 +51,7 @@ fn prepared(args: &run::RunArgs) -> Result<Exit, Failure> {
         }
     };
     let shown = show_unless(args.has_no_bar());
-    let made = make_tools_watched(args.scene(), note, &progress())?;
+    let made = make_tools_watched(args.scene(), args.set(), note, &progress())?;
     drop(shown);
     if !args.is_quiet() {
         made.iter().for_each(print);

@@ -10,6 +10,7 @@ use super::tool::Tool;
 use crate::convert::offset::{OffsetRequest, SheetReference};
 use crate::progress::Progress;
 use crate::reach::Zone;
+use crate::scene::set_value::SetValue;
 use crate::scene::types::{SheetSurface, Tool as SceneTool, ToolCad};
 use crate::tool::file::Provenance;
 
@@ -37,20 +38,21 @@ pub fn make_tools(
     scene: impl AsRef<Path>,
     note: &mut dyn FnMut(&str),
 ) -> Result<Vec<MadeTool>, Error> {
-    make_tools_watched(scene, note, &Progress::default())
+    make_tools_watched(scene, &[], note, &Progress::default())
 }
 
-/// As [`make_tools`], with the progress of every conversion reported.
+/// As [`make_tools`] of the scene with the values `set`, with the progress of every conversion reported.
 ///
 /// # Errors
 /// As [`make_tools`].
 pub fn make_tools_watched(
     scene: impl AsRef<Path>,
+    set: &[SetValue],
     note: &mut dyn FnMut(&str),
     progress: &Progress,
 ) -> Result<Vec<MadeTool>, Error> {
     let path = scene.as_ref();
-    let (scene, _) = crate::scene::read::scene_of(path)?;
+    let (scene, _) = crate::scene::read::scene_with(path, set)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let scene_name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut made = Vec::new();

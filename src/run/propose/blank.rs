@@ -33,15 +33,16 @@ impl Outline {
     }
 }
 
-/// A rectangle that reaches beyond the punch by the wall and a flange, and no farther than the tool that carries it.
+/// A rectangle that reaches beyond the punch by the wall and a flange, and no farther than the die and the tool that carries
+/// it. Of a strip the elements along x follow from its length along x alone.
 pub(super) fn rectangle(
-    punch: &GivenTool,
-    carrier: &GivenTool,
+    [die, punch, carrier]: [&GivenTool; 3],
     cuts: &[Cut],
     travel: f64,
-    length: Option<f64>,
+    (length, strip): (Option<f64>, bool),
 ) -> Outline {
-    let (inner, outer) = (bounds(punch), bounds(carrier));
+    let (inner, die, carrier) = (bounds(punch), bounds(die), bounds(carrier));
+    let outer = Aabb { min: die.min.sup(&carrier.min), max: die.max.inf(&carrier.max) };
     let (mut corner, mut size) = ([0.0; 2], [0.0; 2]);
     for axis in 0..2 {
         let cut = cuts.iter().find(|cut| cut.axis == axis);
@@ -55,7 +56,7 @@ pub(super) fn rectangle(
         };
         (corner[axis], size[axis]) = (low, rounded(high - low, 0.5));
     }
-    let longer = size[0].max(size[1]);
+    let longer = if strip { size[0] } else { size[0].max(size[1]) };
     let length = length.unwrap_or(longer / 40.0).clamp(longer / ELEMENTS[1], longer / ELEMENTS[0]);
     let elements = size.map(|size| (size / length).ceil().max(1.0) as usize);
     Outline::Rectangle { corner, size, elements }

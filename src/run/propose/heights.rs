@@ -74,6 +74,15 @@ impl Heights {
     }
 }
 
+/// The highest point of a surface, or the lowest one [mm]: of points on it, so that curved patches reach no farther.
+pub(super) fn extreme(surface: &ToolSurface, highest: bool) -> f64 {
+    let patches = &surface.model().patches;
+    let fine = if patches.len() > FINE_PATCHES_MAX { 1 } else { INTERVALS };
+    let points = patches.iter().flat_map(|patch| triangles(patch, fine)).flatten();
+    let sign = if highest { 1.0 } else { -1.0 };
+    sign * points.map(|point| sign * point.z).fold(f64::NEG_INFINITY, f64::max)
+}
+
 /// Distance over the size of a triangle up to which points beside it are covered: sides that two triangles share leave no
 /// cell out.
 const BESIDE_REL: f64 = 1e-9;

@@ -19,6 +19,8 @@ pub(super) struct PlacedTool {
     pub(super) cad: Option<ToolCad>,
     pub(super) below: bool,
     pub(super) role: Role,
+    /// Size along the axes [mm]; `None` for a tool that is still to be made.
+    pub(super) size: Option<[f64; 3]>,
 }
 
 /// Where the travel of the punch comes from.
@@ -48,9 +50,34 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Names of the tools with the direction towards the sheet: true for +z, of tools below it.
-    pub fn sides(&self) -> impl Iterator<Item = (&str, bool)> {
-        self.tools.iter().map(|tool| (tool.name.as_str(), tool.below))
+    /// What is proposed, one line a tool and one for the blank, for whoever gave the tools: a wrong unit shows in sizes.
+    #[must_use]
+    pub fn summary(&self) -> Vec<String> {
+        let tool = |tool: &PlacedTool| {
+            let side = if tool.below { "below" } else { "above" };
+            let size = tool.size.map_or_else(String::new, |[x, y, z]| {
+                format!(", {:.1} x {:.1} x {:.1} mm", x, y, z)
+            });
+            let drive = match tool.role {
+                Role::Holder => format!(", {} N", self.holder_force),
+                Role::Punch => format!(", travels {:.1} mm", self.travel.0),
+                _ => String::new(),
+            };
+            format!("{}: {side} the sheet{size}{drive}", tool.name)
+        };
+        let part = ["", "half ", "a quarter "][self.cuts.len().min(2)];
+        let of = if part.is_empty() { "" } else { "of the sheet, " };
+        let outline = match &self.outline {
+            Outline::Rectangle { size: [x, y], elements: [n, m], .. } => {
+                format!("{x:.1} x {y:.1} mm, {n} x {m} elements")
+            }
+            Outline::QuarterDisc { radius, core, rings }
+            | Outline::Disc { radius, core, rings } => {
+                format!("radius {radius:.1} mm, core of {core} x {core} elements, {rings} rings")
+            }
+        };
+        let blank = format!("blank: {part}{of}{outline}, {} mm thick", self.thickness);
+        self.tools.iter().map(tool).chain([blank]).collect()
     }
 
     /// Names of the tools without a drive, besides the die.
@@ -84,13 +111,21 @@ pub fn propose(tools: &[GivenTool], wishes: &Wishes) -> Result<Layout, ProposeEr
     let length = element_length(tools, wishes.thickness_mm);
     let outline = outline(&[die, punch, carrier], wishes.kind, &cuts, (travel.0, length));
     let parts = 1 << cuts.len();
-    let pressed = outline.area(parts) - plan_area(&bounds(punch)) * parts_of(punch, &cuts);
+    let below_punch = match outline {
+        // Of a strip the punch covers as much as it is wide.
+        Outline::Rectangle { size, .. } if plane_strain => {
+            size[1] * (bounds(punch).max.x - bounds(punch).min.x)
+        }
+        _ => plan_area(&bounds(punch)),
+    };
+    let pressed = outline.area(parts) - below_punch * parts_of(punch, &cuts);
     let placed = tools.iter().zip(&below).zip(&roles).map(|((tool, &below), &role)| PlacedTool {
         name: tool.name.clone(),
         file: tool.file.clone(),
         cad: tool.cad.clone(),
         below,
         role: if std::ptr::eq(tool, punch) { Role::Punch } else { role },
+        size: Some((bounds(tool).max - bounds(tool).min).into()),
     });
     Ok(Layout {
         name: wishes.name.clone(),
@@ -134,12 +169,17 @@ fn outline(
     if round {
         return disc(punch, carrier, quadrant, travel, length);
     }
-    let mut outline = rectangle(punch, carrier, cuts, travel, length);
-    if let Outline::Rectangle { size, elements, .. } = &mut outline
-        && is_plane_strain(kind)
+    let strip = is_plane_strain(kind);
+    let mut outline = rectangle([die, punch, carrier], cuts, travel, (length, strip));
+    if let Outline::Rectangle { corner, size, elements } = &mut outline
+        && strip
     {
-        // One row of elements, as wide as they are long.
-        size[1] = size[1].min(size[0] / elements[0] as f64);
+        // One row of elements, as wide as they are long, in the middle of what all tools have.
+        let all = [die, punch, carrier].map(|tool| bounds(tool));
+        let low = all.iter().map(|b| b.min.y).fold(f64::NEG_INFINITY, f64::max);
+        let high = all.iter().map(|b| b.max.y).fold(f64::INFINITY, f64::min);
+        size[1] = (high - low).max(0.0).min(size[0] / elements[0] as f64);
+        corner[1] = 0.5 * (low + high) - 0.5 * size[1];
         elements[1] = 1;
     }
     outline
@@ -182,6 +222,7 @@ pub fn template(kind: PartKind, wishes: &Wishes) -> Layout {
         cad: None,
         below,
         role,
+        size: None,
     };
     let mut tools = vec![tool("die", true, Role::Die), tool("punch", false, Role::Punch)];
     if kind != PartKind::Bend {

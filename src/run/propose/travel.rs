@@ -1,7 +1,7 @@
 //! Travel of the punch until the tools close on the sheet.
 
 use super::GivenTool;
-use super::heights::{CELLS, Heights};
+use super::heights::{CELLS, Heights, extreme};
 use super::roles::bounds;
 
 /// Vertical component of a normal below which a face is a wall: its clearance hardly changes along z.
@@ -24,11 +24,8 @@ pub(super) fn closing_travel(
     let lower = Heights::new(&die.surface, &region, die_below);
     let upper = Heights::new(&punch.surface, &region, !die_below);
     let sign = if die_below { 1.0 } else { -1.0 };
-    let extreme = |tool: &GivenTool, high: bool| {
-        let b = bounds(tool);
-        sign * if high == die_below { b.max.z } else { b.min.z }
-    };
-    let (top_of_die, tip_of_punch) = (extreme(die, true), extreme(punch, false));
+    let top_of_die = sign * extreme(&die.surface, die_below);
+    let tip_of_punch = sign * extreme(&punch.surface, !die_below);
     let cells = (0..CELLS * CELLS).filter_map(|k| Some((lower.at(k)?, upper.at(k)?)));
     let floors: Vec<_> = cells.filter(|(die, _)| die[1] > WALL_SLOPE).collect();
     if (floors.len() as f64) < COMMON_CELLS_MIN * (CELLS * CELLS) as f64 {

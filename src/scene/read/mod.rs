@@ -205,13 +205,14 @@ fn card_of_file(
 /// # Errors
 /// As [`read`], except for tools and material.
 pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
-    let bytes = kanagata_files::read(path, kanagata_files::Input::Description)
-        .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
-    Ok((parse(&bytes, path)?, bytes))
+    scene_with(path, &[])
 }
 
-/// The scene at `path` with values set from outside, and its text.
-fn scene_with(path: &Path, set: &[SetValue]) -> Result<(Scene, Vec<u8>), SceneError> {
+/// As [`scene_of`], with values set from outside.
+///
+/// # Errors
+/// As [`scene_of`].
+pub fn scene_with(path: &Path, set: &[SetValue]) -> Result<(Scene, Vec<u8>), SceneError> {
     let bytes = kanagata_files::read(path, kanagata_files::Input::Description)
         .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
     text_with(bytes, path, set)

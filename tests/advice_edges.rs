@@ -139,6 +139,13 @@ fn the_pressure_of_a_holder_is_said_and_doubted_where_it_holds_nothing() {
         scene["stages"][0]["drive"]["holder"]["force_n"] = json!(1);
     });
     assert!(weak.contains("doubt      holder-pressure: holder presses with"), "{weak}");
+    // Forty times 0.28 MPa, and 29 times.
+    for (force, is_noted) in [(40_000, true), (29_000, false)] {
+        let strong = told(folder, "opening.scene.json", |scene| {
+            scene["stages"][0]["drive"]["holder"]["force_n"] = json!(force);
+        });
+        assert_eq!(strong.contains("; holders need 0.5 to 5 MPa"), is_noted, "{strong}");
+    }
     let small = told(folder, "opening.scene.json", |scene| {
         scene["blank"]["shape"]["quarter_disc"]["radius_mm"] = json!(9);
         scene["tools"].as_array_mut().unwrap().iter_mut().for_each(|tool| {

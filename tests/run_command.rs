@@ -44,6 +44,14 @@ fn a_scene_with_cad_is_converted_once_checked_and_run() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let mut scene = dome(folder);
+    let checked = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"))
+        .args(["check", "dome.scene.json"])
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    assert_eq!(checked.status.code(), Some(2), "{}", text(&checked.stderr));
+    let expected = "`kanagata run dome.scene.json -o DIR` makes the tool files";
+    assert!(text(&checked.stderr).contains(expected), "{}", text(&checked.stderr));
     let args = ["run", "dome.scene.json", "-o", "out", "--accept-doubts"];
     let done = kanagata(folder, &args);
     let (out, notes) = (text(&done.stdout), text(&done.stderr));

@@ -213,6 +213,10 @@ fn of_kind(wrong: &WrongKind) -> Option<String> {
 
 fn of_scene(error: &SceneError) -> Option<String> {
     match error {
+        SceneError::Tool { has_cad: true, path, .. } => Some(format!(
+            "`kanagata run {} -o DIR` makes the tool files from the CAD that the scene names, checks the scene and runs it",
+            path.display()
+        )),
         SceneError::Tool { cause, .. } => of_tool_file(cause),
         SceneError::Kind(wrong) => of_kind(wrong),
         SceneError::Value { place, .. } => of_key(place),

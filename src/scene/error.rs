@@ -74,6 +74,8 @@ pub enum SceneError {
         path: PathBuf,
         /// Key as a path into the scene.
         place: String,
+        /// Whether the scene names the CAD of the tool.
+        has_cad: bool,
         /// What is wrong with the tool file.
         cause: Box<ToolFileError>,
     },

@@ -10,6 +10,9 @@ use kanagata_solver::{Motion, SimulationSetup, Stage, ToolSetup};
 /// Mean holder pressure below which a doubt is raised [MPa]: a tenth of the minimum of Siebel's rule for drawing, 0.5 to
 /// 5 MPa. A force in kN in place of N is a factor of 1000.
 const HOLDER_PRESSURE_MIN_MPA: f64 = 0.05;
+/// Mean holder pressure above which a note is given [MPa]: twice the maximum of this rule. Doubled: a blank with a third of
+/// its flange between the tools, which is drawn out from under the holder, has no note.
+const HOLDER_PRESSURE_MAX_MPA: f64 = 10.0;
 /// Ratio of clamped area to blank area below which the blank is not between the tools.
 const CLAMPED_AREA_MIN_REL: f64 = 0.01;
 /// Smallest cosine between a tool's direction and the normal of a clamping face.
@@ -137,6 +140,16 @@ pub(super) fn findings(setup: &SimulationSetup, holders: &[Holder], out: &mut Ve
                 )
                 .exceeds([holder.pressure(), HOLDER_PRESSURE_MIN_MPA]),
             );
+        } else if holder.pressure() > HOLDER_PRESSURE_MAX_MPA {
+            out.push(Finding::note(
+                format!(
+                    "{name} presses with {:.1} MPa on {:.0} mm2, {:.0} % of the blank; holders need 0.5 to 5 MPa",
+                    holder.pressure(),
+                    holder.clamped,
+                    100.0 * ratio
+                ),
+                "a larger blank or a smaller force: a rim near the opening is drawn out from under the holder".into(),
+            ));
         }
     }
 }

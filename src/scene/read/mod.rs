@@ -329,6 +329,7 @@ fn load_tools(scene: &Scene, path: &Path, folder: &Path) -> Result<Vec<PlannedTo
         let loaded = read_tool(&file).map_err(|cause| SceneError::Tool {
             path: path.to_path_buf(),
             place: format!("tools[{k}].file"),
+            has_cad: tool.cad.is_some(),
             cause: Box::new(cause),
         })?;
         if loaded.model.patches.is_empty() {

@@ -5,6 +5,7 @@ mod imports;
 #[path = "architecture/listing.rs"]
 mod listing;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -188,6 +189,28 @@ fn rooms_of_the_solver_import_downwards() {
         }
     }
     assert!(faults.is_empty(), "{faults:#?}");
+}
+
+/// The identity of a build is a digest of what a run is made of.
+#[test]
+fn the_identity_of_a_build_has_all_crates_that_runs_depend_on() {
+    let depends = |name: &str| -> Vec<String> {
+        let text = fs::read_to_string(sources().join(name).join("Cargo.toml")).unwrap();
+        let text = text.split("[dev-dependencies]").next().unwrap();
+        let names = text.lines().filter_map(|line| line.strip_prefix("kanagata-"));
+        names.filter_map(|line| Some(line.split(['.', ' ']).next()?.to_owned())).collect()
+    };
+    let (mut all, mut open) = (BTreeSet::new(), vec!["run".to_owned()]);
+    while let Some(name) = open.pop() {
+        if all.insert(format!("src/{name}")) {
+            open.extend(depends(&name));
+        }
+    }
+    let script = fs::read_to_string(sources().join("run/identity.rs")).unwrap();
+    let list = script.split("const SOURCES").nth(1).unwrap().split("];").next().unwrap();
+    let listed: BTreeSet<String> =
+        list.split('"').filter(|part| part.starts_with("src/")).map(str::to_owned).collect();
+    assert!(all.len() > 8 && listed == all, "{listed:?}, {all:?}");
 }
 
 /// `KANAGATA_BLESS=1` writes it.

@@ -1,15 +1,33 @@
 //! Sets `KANAGATA_BUILD`, the identity of the build in `run.json`: commit or sources, profile, features.
 //!
 //! The commit is that of `KANAGATA_COMMIT`, or of a git checkout without changes in release builds. Other builds are
-//! identified by a digest of their sources, so that no two programs have one identity.
+//! identified by a digest of the sources that a run is made of, so that no two programs have one identity whose results may
+//! differ. Commands, studies and conversion are not among them: who changes these need not compile the crate of runs again.
 
 use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the program is made of, from the root of the workspace. A package of this crate alone has its own files only.
-const SOURCES: [&str; 3] = ["src", "Cargo.toml", "Cargo.lock"];
+/// What a run is made of, from the root of the workspace: this crate, and those that it depends on (`tests/architecture.rs`
+/// compares). A package of this crate alone has its own files only.
+const SOURCES: [&str; 15] = [
+    "Cargo.toml",
+    "Cargo.lock",
+    "src/audit",
+    "src/cad",
+    "src/cancel",
+    "src/contact",
+    "src/files",
+    "src/geometry",
+    "src/mesh",
+    "src/progress",
+    "src/report",
+    "src/run",
+    "src/scene",
+    "src/solver",
+    "src/tool",
+];
 /// From the folder of this crate.
 const WORKSPACE: &str = "../..";
 

@@ -1,9 +1,11 @@
 //! The border of the blank in `report.html`: before and after, and draw-in by side.
 
-use crate::draw_in::{Border, CORNER_MIN_DEG, Side, SidePoint};
-use kanagata_geometry::Vec2;
+use super::contents::SheetView;
+use crate::draw_in::{Border, CORNER_MIN_DEG, Side, SidePoint, borders};
+use kanagata_geometry::{Vec2, Vec3};
 use kanagata_report::page::Page;
 use kanagata_report::plot::{Plot, Series};
+use kanagata_report::record::RunRecord;
 
 /// Rows of the table of a side.
 const ROWS: usize = 12;
@@ -16,13 +18,40 @@ pub(super) fn side_name(border: usize, side: usize) -> String {
     if border == 0 { format!("side {number}") } else { format!("hole {border}, side {number}") }
 }
 
+/// The borders of the sheet.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Drawn {
+    /// In the last equilibrium with tools; at the end where that is not known.
+    pub(super) borders: Vec<Border>,
+    /// At the end, if all tools have been released since.
+    pub(super) released: Option<Vec<Border>>,
+}
+
+impl Drawn {
+    /// Of a sheet with these symmetry planes.
+    pub(super) fn new(record: &RunRecord, sheet: &SheetView<'_>, planes: &[(usize, f64)]) -> Self {
+        let of = |positions: &[Vec3]| borders(&sheet.mesh, positions, planes);
+        match &sheet.held {
+            Some(held) if record.springback.is_some() => {
+                Self { borders: of(held), released: Some(of(&sheet.positions)) }
+            }
+            _ => Self { borders: of(&sheet.positions), released: None },
+        }
+    }
+}
+
 /// Plots the borders before and after and the draw-in along each side, and writes them as numbers; nothing for a blank
 /// without a border in plan.
-pub(super) fn draw_in(page: &mut Page, borders: &[Border]) {
+pub(super) fn draw_in(page: &mut Page, drawn: &Drawn) {
+    let borders = &drawn.borders;
     let Some(outer) = borders.first() else { return };
     page.heading("Draw-in");
+    let when = match drawn.released {
+        Some(_) => "in the last equilibrium with tools",
+        None => "at the end",
+    };
     page.text(&format!(
-        "Border of the blank (dotted) and of the sheet at the end, in plan. The draw-in of a side is the displacement \
+        "Border of the blank (dotted) and of the sheet {when}, in plan. The draw-in of a side is the displacement \
          along the inward normal of that side of the blank. Sides end at corners, where the border turns by more than \
          {CORNER_MIN_DEG:.0} degrees; a corner belongs to both sides."
     ));
@@ -145,7 +174,7 @@ fn numbers(page: &mut Page, borders: &[Border]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::draw_in::borders;
+    use kanagata_report::record::SpringbackRecord;
     use kanagata_solver::sheet::hex_mesh::rectangle;
 
     /// The corner of two sides that move by 0.5 and 0.1 mm is in the rows of both, with the draw-in of each.
@@ -158,8 +187,8 @@ mod tests {
             .map(|x| x - kanagata_geometry::Vec3::new(0.05 * x.x, 0.025 * x.y, 0.0))
             .collect();
         let mut page = Page::new("a");
-        let borders = borders(&mesh, &moved, &[]);
-        draw_in(&mut page, &borders);
+        let drawn = Drawn { borders: borders(&mesh, &moved, &[]), released: None };
+        draw_in(&mut page, &drawn);
         let html = page.html();
         for (side, value) in [(2, "0.500"), (3, "0.100")] {
             let row = format!("<td>side {side}</td>");
@@ -174,6 +203,42 @@ mod tests {
             assert_eq!(at_corner.count(), 1);
         }
         assert!(html.contains("in any direction: 0.510 mm at (10.0, 4.0) mm"));
-        assert_eq!(along_sides(&borders[0].sides).len(), 4);
+        assert_eq!(along_sides(&drawn.borders[0].sides).len(), 4);
+    }
+
+    /// An end that is drawn in by 0.5 mm and springs back by 0.2 mm.
+    #[test]
+    fn draw_in_is_that_with_tools_where_they_are_released() {
+        let mesh = rectangle(10.0, 4.0, 1.0, 5, 2, 1);
+        let drawn_by = |by: f64| -> Vec<Vec3> {
+            mesh.nodes.iter().map(|x| x - Vec3::new(by * x.x / 10.0, 0.0, 0.0)).collect()
+        };
+        let sheet = |held: Option<Vec<Vec3>>| SheetView {
+            shape: None,
+            mesh: std::borrow::Cow::Borrowed(&mesh),
+            positions: drawn_by(0.3),
+            held,
+            strains: None,
+            plastic_strain: None,
+            springback: None,
+            waves: None,
+        };
+        let largest = |borders: &[Border]| borders[0].extremes().unwrap()[1].1.draw_in;
+        let mut record = RunRecord::default();
+        let kept = Drawn::new(&record, &sheet(Some(drawn_by(0.5))), &[]);
+        assert!(kept.released.is_none() && (largest(&kept.borders) - 0.3).abs() < 1e-12);
+        record.springback = Some(SpringbackRecord {
+            largest_mm: 0.2,
+            rms_mm: 0.1,
+            force_n: 0.0,
+            energy_nmm: 0.0,
+            from_increment: Some(1),
+            normal_max: None,
+            normal_min: None,
+        });
+        let released = Drawn::new(&record, &sheet(Some(drawn_by(0.5))), &[]);
+        assert!((largest(&released.borders) - 0.5).abs() < 1e-12);
+        assert!((largest(released.released.as_deref().unwrap()) - 0.3).abs() < 1e-12);
+        assert!(Drawn::new(&record, &sheet(None), &[]).released.is_none());
     }
 }

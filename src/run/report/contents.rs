@@ -43,6 +43,8 @@ pub(super) struct SheetView<'a> {
     pub(super) mesh: Cow<'a, HexMesh>,
     /// Positions of the nodes [mm].
     pub(super) positions: Vec<Vec3>,
+    /// Positions of the nodes in the last equilibrium with tools [mm]; `None` if unknown.
+    pub(super) held: Option<Vec<Vec3>>,
     /// Strains of the mid-surface of every element in the last equilibrium with tools; `None` if unknown.
     pub(super) strains: Option<Vec<Principal>>,
     /// Mean equivalent plastic strain of every element; `None` for an elastic material.
@@ -78,6 +80,7 @@ impl<'a> Contents<'a> {
             shape: Some(&plan.scene.blank.shape),
             mesh: Cow::Borrowed(mesh),
             positions: fields::positions(mesh, now),
+            held: Some(fields::positions(mesh, held)),
             strains: Some(middle(&of_elements(mesh, held))),
             plastic_strain: states.map(plastic),
             springback: released

@@ -138,17 +138,21 @@ impl RunFiles {
                 return None;
             }
         };
-        let strains = self.strains(&grid);
+        let held = self.held(&grid);
+        let strains = held.as_ref().map_err(Clone::clone).and_then(|held| {
+            grid::strains(held).ok_or("arrays major_strain and minor_strain are missing".into())
+        });
         if let Err(why) = &strains {
             missing.push(format!("strains in the last equilibrium with tools ({why})"));
         }
+        let held = held.ok().map(|held| held.points.clone());
         let shape = self.scene.as_ref().ok().map(|scene| &scene.plan.scene.blank.shape);
         let plastic_strain = grid::cell_values(&grid, "plastic_strain").map(<[f64]>::to_vec);
         let strains = strains.ok();
         let at_nodes = |name: &str| grid::point_values(&grid, name).map(<[f64]>::to_vec);
         let (springback, waves) = (at_nodes(SPRINGBACK_NORMAL), at_nodes(WAVE_OFFSET));
         let positions = grid.points;
-        Some(SheetView { shape, mesh, positions, strains, plastic_strain, springback, waves })
+        Some(SheetView { shape, mesh, positions, held, strains, plastic_strain, springback, waves })
     }
 
     /// A grid of the sheet.
@@ -181,25 +185,20 @@ impl RunFiles {
         Err(invalid("a mesh that is not that of the scene".into()))
     }
 
-    /// Strains of the elements in the last equilibrium with tools: of `last`, or of a grid before the tools were released.
+    /// The grid of the last equilibrium with tools: `last`, or one before the tools were released.
     ///
     /// # Errors
-    /// Why they are unknown.
-    fn strains(&self, last: &Grid) -> Result<Vec<crate::strains::Principal>, String> {
-        let found = match &self.record.springback {
-            None => grid::strains(last),
-            Some(springback) => {
-                let increment = springback
-                    .from_increment
-                    .ok_or("run.json lacks the increment before the tools were released")?;
-                let held = self.grid(&format!("{increment:06}"))?;
-                if held.cells.len() != last.cells.len() {
-                    return Err(format!("steps/{increment:06}.vtu: found another mesh"));
-                }
-                grid::strains(&held)
-            }
-        };
-        found.ok_or_else(|| "arrays major_strain and minor_strain are missing".into())
+    /// Why it is unknown.
+    fn held<'g>(&self, last: &'g Grid) -> Result<Cow<'g, Grid>, String> {
+        let Some(springback) = &self.record.springback else { return Ok(Cow::Borrowed(last)) };
+        let increment = springback
+            .from_increment
+            .ok_or("run.json lacks the increment before the tools were released")?;
+        let held = self.grid(&format!("{increment:06}"))?;
+        if held.cells.len() != last.cells.len() || held.points.len() != last.points.len() {
+            return Err(format!("steps/{increment:06}.vtu: found another mesh"));
+        }
+        Ok(Cow::Owned(held))
     }
 
     /// The tools at their positions at the end; without the scene, at their initial positions.

@@ -21,7 +21,7 @@ mod tools;
 
 use std::path::{Path, PathBuf};
 
-use super::draw_in::borders;
+use self::border::Drawn;
 use super::folder::RunFolder;
 use contents::Contents;
 use kanagata_files::WriteError;
@@ -78,11 +78,9 @@ fn page(contents: &Contents<'_>) -> Page {
     outcome::sentence(&mut page, record);
     page.doubts(&record.doubts);
     contents.missing.iter().for_each(|part| page.text(&format!("Not on this page: {part}.")));
-    let borders = contents
-        .sheet
-        .as_ref()
-        .map_or_else(Vec::new, |sheet| borders(&sheet.mesh, &sheet.positions, &contents.symmetry));
-    outcome::answers(&mut page, record, history, &borders);
+    let drawn = contents.sheet.as_ref().map(|sheet| Drawn::new(record, sheet, &contents.symmetry));
+    let drawn = drawn.unwrap_or_default();
+    outcome::answers(&mut page, record, history, &drawn);
     if let Some(record) = &record.accuracy {
         accuracy::errors(&mut page, record);
     }
@@ -96,7 +94,7 @@ fn page(contents: &Contents<'_>) -> Page {
     clamping::pressures(&mut page, record, history, (&travelled, &title));
     if let Some(sheet) = &contents.sheet {
         sheet::strains(&mut page, sheet, record);
-        border::draw_in(&mut page, &borders);
+        border::draw_in(&mut page, &drawn);
         springback::table(&mut page, record);
         section::sections(&mut page, &record.sections);
         page.heading("Thickness");

@@ -1,6 +1,6 @@
 //! The head of `report.html`: the outcome in a sentence, and what an engineer asks first about the part.
 
-use super::border::side_name;
+use super::border::{Drawn, side_name};
 use super::clamping::waves;
 use crate::draw_in::{Border, SidePoint};
 use kanagata_report::page::{Outcome, Page};
@@ -49,7 +49,7 @@ pub(super) fn sentence(page: &mut Page, record: &RunRecord) {
 }
 
 /// Writes the table of answers: thickness, formability, forces, draw-in, springback, stability.
-pub(super) fn answers(page: &mut Page, record: &RunRecord, history: &History, borders: &[Border]) {
+pub(super) fn answers(page: &mut Page, record: &RunRecord, history: &History, drawn: &Drawn) {
     let mut rows: Vec<Row> = Vec::new();
     rows.extend(record.thickness.map(|t| ("minimum thickness".to_owned(), t.to_string())));
     if let Some(formed) = &record.formability {
@@ -60,8 +60,15 @@ pub(super) fn answers(page: &mut Page, record: &RunRecord, history: &History, bo
     rows.extend(tools.filter_map(|(k, tool)| {
         Some((format!("largest force of {tool}"), largest_force(history, k)?))
     }));
-    let border = borders.first().and_then(draw_in);
-    rows.extend(border.map(|text| ("draw-in of the outer border".to_owned(), text)));
+    let outer = |borders: &[Border]| borders.first().and_then(draw_in);
+    let released = drawn.released.as_deref().and_then(outer);
+    rows.extend(outer(&drawn.borders).map(|text| {
+        let text = match released {
+            Some(released) => format!("with tools {text}; released {released}"),
+            None => text,
+        };
+        ("draw-in of the outer border".to_owned(), text)
+    }));
     rows.extend(record.springback.map(|s| {
         let mut text = format!("up to {:.3} mm, RMS {:.3} mm", s.largest_mm, s.rms_mm);
         if let Some((least, most)) = s.normal_min.zip(s.normal_max) {

@@ -247,6 +247,7 @@ mod tests {
             shape: None,
             mesh: std::borrow::Cow::Borrowed(&mesh),
             positions: mesh.nodes.clone(),
+            held: None,
             strains: Some(vec![
                 Principal { major: 0.15, minor: 0.0 },
                 Principal { major: 0.6, minor: 0.0 },
@@ -290,6 +291,7 @@ mod tests {
             shape: None,
             mesh: std::borrow::Cow::Borrowed(&mesh),
             positions,
+            held: None,
             strains: None,
             plastic_strain: None,
             springback: None,

@@ -3,7 +3,7 @@
 use super::distance::Quantity;
 use super::error::AccuracyError;
 use super::model::Model;
-use super::options::{Choice, INCREMENTS, Parts, increment_error_within};
+use super::options::{Choice, Parts, increment_error_within};
 use super::pattern::{LEVEL_MAX, Pattern};
 use super::quantities::Results;
 use super::runner::Runner;
@@ -133,10 +133,8 @@ impl Runner<'_> {
 
     fn set_increments_part(&mut self, index: usize) {
         let run = &self.runs[index];
-        match &run.record.increment_error {
-            Some(found) => self.parts.set_increments(found.of_work, run.results()),
-            None if self.unmeasured.iter().any(|name| name == INCREMENTS) => {}
-            None => self.unmeasured.push(INCREMENTS.into()),
+        if let Some(found) = &run.record.increment_error {
+            self.parts.set_increments(found.of_work, run.results());
         }
     }
 

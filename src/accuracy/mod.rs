@@ -4,9 +4,9 @@
 //!    points. It shows where the sheet bends and where tools penetrate it: all further meshes are refined there (`pattern`).
 //! 2. Meshes are refined (`sequence`). The distance between the last two runs and the observed order of convergence give
 //!    the error of the mesh (`estimate`).
-//! 3. On the last of them the increments are halved, points through the thickness are raised and layers doubled (`choose`,
-//!    `options`). The change that each brings gives its part of the error. What is too inaccurate is changed for all further
-//!    runs, whose meshes are as fine as the estimates predict to be necessary.
+//! 3. On the last of them points through the thickness are raised and layers doubled (`choose`, `options`). The change that
+//!    each brings gives its part of the error. What is too inaccurate is changed for all further runs, whose meshes are as
+//!    fine as the estimates predict to be necessary. All runs keep the error of their increments small, and estimate it.
 //! 4. The sequence ends when the sum of the parts is below the error that was asked for.
 //!
 //! A quantity of two runs is compared by a distance (`distance`) that vanishes only where both agree in a whole curve or

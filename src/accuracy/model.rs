@@ -3,7 +3,7 @@
 use std::fmt;
 
 use kanagata_scene::set_value::SetValue;
-use kanagata_scene::types::{Blank, BlankShape, Scene};
+use kanagata_scene::types::{Blank, BlankShape};
 use kanagata_solver::element::ElementKind;
 
 /// Points through the thickness of a solid-shell in the first run, its default.
@@ -132,7 +132,7 @@ impl Model {
     ///
     /// # Errors
     /// Never for a scene that has been read; the text of a path that is none.
-    pub(super) fn set(&self, scene: &Scene) -> Result<Vec<SetValue>, String> {
+    pub(super) fn set(&self) -> Result<Vec<SetValue>, String> {
         let mut out = Vec::new();
         let mut put = |path: &str, value: String| -> Result<(), String> {
             out.push(SetValue::new(path, &value)?);
@@ -161,8 +161,7 @@ impl Model {
                 format!("{{\"solid-shell\":{{\"points\":{points},\"membrane\":{membrane}}}}}");
             put("blank.element", options)?;
         }
-        let own = scene.solver.increment_error.unwrap_or(f64::INFINITY);
-        put("solver.increment_error", own.min(self.increment_error).to_string())?;
+        put("solver.increment_error", self.increment_error.to_string())?;
         Ok(out)
     }
 
@@ -196,6 +195,7 @@ impl fmt::Display for Model {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use kanagata_scene::types::Scene;
 
     #[test]
     fn a_strip_remains_one_element_wide_and_others_have_at_least_two() {
@@ -232,13 +232,12 @@ mod tests {
         let model = Model::of(&scene.blank, 0.003).unwrap();
         let finer = Model { mesh: model.mesh.scaled(2.0), layers: 2, ..model.with_points(9) };
         let mut value: serde_json::Value = serde_json::from_str(text).unwrap();
-        for one in finer.set(&scene).unwrap() {
+        for one in finer.set().unwrap() {
             one.apply(&mut value).unwrap();
         }
         let set: Scene = serde_json::from_value(value).unwrap();
         assert_eq!(Model::of(&set.blank, 0.003).unwrap(), finer);
-        // That of the scene is smaller than 0.003.
-        assert_eq!(set.solver.increment_error, Some(0.002));
+        assert_eq!(set.solver.increment_error, Some(0.003));
         assert_eq!(finer.name(), "8x12-l2-p9");
     }
 }

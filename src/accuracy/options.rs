@@ -25,7 +25,7 @@ const LAYERS_MAX: usize = 4;
 /// shorter increments that they do not need.
 pub(super) const CHOICE_SHARE: f64 = 0.3;
 /// Name of the part of the increments in records.
-pub(super) const INCREMENTS: &str = "increments";
+const INCREMENTS: &str = "increments";
 /// The same for layers: each doubling more than doubles the time of all further runs, where a mesh that is finer by 1.2 takes
 /// half as much more. All three together then make 0.8 of what is allowed.
 const LAYERS_SHARE: f64 = 0.7;

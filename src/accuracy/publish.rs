@@ -7,7 +7,9 @@ use super::error::AccuracyError;
 use super::runner::Sequence;
 use kanagata_files::{Input, WriteError, remove_where, write_atomic};
 use kanagata_report::doubt::DoubtCode;
-use kanagata_report::record::{FacePenetrationRecord, RunRecord, SequenceEnd, Verdict};
+use kanagata_report::record::{
+    FacePenetrationRecord, IncrementErrorRecord, RunRecord, SequenceEnd, Verdict,
+};
 use kanagata_run::checkpoint;
 
 /// Folder of the runs of a sequence, in the folder of its results.
@@ -51,6 +53,9 @@ impl Sequence {
         if self.judges_contact() && depth <= FacePenetrationRecord::ALLOWED_IN_SEQUENCE_REL {
             record.doubts.retain(|doubt| doubt.code != DoubtCode::PenetrationOnFaces);
         }
+        if self.judges_increments(&record) {
+            record.doubts.retain(|doubt| doubt.code != DoubtCode::IncrementsTooLong);
+        }
         record.doubts.extend(self.record.doubt());
         if record.verdict.is_complete() {
             let sound = record.doubts.is_empty();
@@ -62,6 +67,13 @@ impl Sequence {
 }
 
 impl Sequence {
+    /// Whether the errors are as small as asked with what the increments leave, which is a part of them: the value that the
+    /// sequence gives its runs is an aim, not a limit of the scene.
+    fn judges_increments(&self, record: &RunRecord) -> bool {
+        let of_work = record.increment_error.map_or(0.0, |error| error.of_work);
+        self.record.end == SequenceEnd::Reached && of_work <= IncrementErrorRecord::ALLOWED_REL
+    }
+
     /// Whether a force and the thickness were asked for, and are as accurate: what tools in faces of elements change.
     fn judges_contact(&self) -> bool {
         let asked = |name: &str| {
@@ -111,5 +123,20 @@ mod tests {
         assert!(!judged(&["force.punch", "thickness"], SequenceEnd::Time));
         assert!(!judged(&["thickness", "draw_in"], SequenceEnd::Reached));
         assert!(!judged(&["force.punch"], SequenceEnd::Reached));
+    }
+
+    #[test]
+    fn increments_are_judged_by_the_errors_that_they_are_part_of() {
+        let sequence = |end| {
+            let record = AccuracyRecord { end, ..AccuracyRecord::default() };
+            Sequence { record, best: Default::default() }
+        };
+        let run = |of_work| {
+            let error = IncrementErrorRecord { of_work, ..IncrementErrorRecord::default() };
+            RunRecord { increment_error: Some(error), ..RunRecord::default() }
+        };
+        assert!(sequence(SequenceEnd::Reached).judges_increments(&run(0.01)));
+        assert!(!sequence(SequenceEnd::Reached).judges_increments(&run(0.06)));
+        assert!(!sequence(SequenceEnd::Options).judges_increments(&run(0.01)));
     }
 }

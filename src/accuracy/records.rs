@@ -40,7 +40,7 @@ impl Runner<'_> {
     /// All values that are set for a model.
     pub(super) fn set_of(&self, model: &Model) -> Result<Vec<SetValue>, AccuracyError> {
         let own = model
-            .set(&self.plan.scene)
+            .set()
             .map_err(|found| AccuracyError::Results { path: self.scene.into(), found })?;
         let steps = (self.keeps_steps).then(|| SetValue::new("output.vtu_every", "2"));
         let steps = steps.into_iter().flatten();

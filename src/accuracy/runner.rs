@@ -10,7 +10,6 @@ use super::quantities::Results;
 use kanagata_cancel::Cancel;
 use kanagata_report::record::{AccuracyRecord, RunRecord};
 use kanagata_run::Progress;
-use kanagata_scene::Plan;
 use kanagata_scene::accuracy::Accuracy;
 use kanagata_scene::set_value::SetValue;
 
@@ -77,7 +76,6 @@ pub(super) struct Runner<'a> {
     pub(super) folder: &'a Path,
     pub(super) limits: &'a Limits,
     pub(super) observer: &'a mut dyn Observer,
-    pub(super) plan: Plan,
     pub(super) runs: Vec<Done>,
     /// Errors of the choices of the runs in `meshes`.
     pub(super) parts: Parts,

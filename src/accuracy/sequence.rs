@@ -70,7 +70,6 @@ pub fn run_to_accuracy(
         folder,
         limits,
         observer,
-        plan,
         runs: Vec::new(),
         parts: Parts::default(),
         meshes: Vec::new(),
@@ -95,7 +94,8 @@ pub fn run_to_accuracy(
 fn first_model(plan: &Plan, scene: &Path, asked: &Accuracy) -> Result<Model, AccuracyError> {
     let mut setup = plan.simulation_setup(scene)?;
     setup.place().map_err(records::setup_error)?;
-    start(plan, &setup, first_increment_error(asked))
+    let own = plan.scene.solver.increment_error.unwrap_or(f64::INFINITY);
+    start(plan, &setup, first_increment_error(asked).min(own))
         .ok_or_else(|| AccuracyError::MeshFile { path: scene.into() })
 }
 

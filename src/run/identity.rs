@@ -1,8 +1,9 @@
 //! Sets `KANAGATA_BUILD`, the identity of the build in `run.json`: commit or sources, profile, features.
 //!
 //! The commit is that of `KANAGATA_COMMIT`, or of a git checkout without changes in release builds. Other builds are
-//! identified by a digest of the sources that a run is made of, so that no two programs have one identity whose results may
-//! differ. Commands, studies and conversion are not among them: who changes these need not compile the crate of runs again.
+//! identified by a digest of the sources that a run is made of, so that no two programs have one identity whose runs may
+//! differ. Commands, sequences, studies and conversion are not among them: who changes these need not compile the crate of
+//! runs again.
 
 use std::env;
 use std::fs;
@@ -61,7 +62,7 @@ fn checkout() -> Option<String> {
         println!("cargo::rerun-if-changed={log}");
     }
     let commit = git(&["rev-parse", "--short=12", "HEAD"])?;
-    let paths = SOURCES.map(|path| format!(":/{path}"));
+    let paths = SOURCES.map(|path| format!("{WORKSPACE}/{path}"));
     let mut arguments = vec!["status", "--porcelain", "--"];
     arguments.extend(paths.iter().map(String::as_str));
     let changed = git(&arguments)?;

@@ -15,7 +15,7 @@ pub struct AccuracyRecord {
     /// The quantities with their estimated errors.
     pub quantities: Vec<QuantityRecord>,
     /// `mesh`, `layers` or `points` whose error is not known: there was no time or memory for the finer run, or it did not
-    /// converge; `increments` where a run has no estimate.
+    /// converge.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unmeasured: Vec<String>,
     /// The runs, in order.

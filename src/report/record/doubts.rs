@@ -1,7 +1,7 @@
 //! Doubts about a run: about its scene, and about its result.
 
 use super::sheet::THICKNESS_MIN_REL;
-use super::{FacePenetrationRecord, NeckingKind, RunRecord, Verdict};
+use super::{FacePenetrationRecord, IncrementErrorRecord, NeckingKind, RunRecord, Verdict};
 use crate::doubt::{Doubt, DoubtCode, place_mm};
 
 /// Penetration of a node over the maximum thickness, above which a doubt is raised.
@@ -10,8 +10,6 @@ const NODE_PENETRATION_MAX_REL: f64 = 0.05;
 const UNACCOUNTED_ENERGY_MAX_REL: f64 = 0.01;
 /// Unaccounted energy of one increment over the work of the whole run, below which it is ignored.
 const UNACCOUNTED_ENERGY_IGNORED_REL: f64 = 1e-3;
-/// Work that forces lack because of the length of the increments over all work, above which a doubt is raised.
-const INCREMENT_ERROR_MAX_REL: f64 = 0.05;
 /// Work of the remaining forces of released tools over all work, above which a doubt is raised.
 const RELEASED_FORCE_WORK_MAX_REL: f64 = 0.02;
 /// Artificial (hourglass) energy over the work, above which a doubt is raised.
@@ -300,8 +298,8 @@ impl RunRecord {
 
     fn increments_too_long(&self) -> Option<Doubt> {
         let error = self.increment_error?;
-        let limit =
-            error.allowed.map_or(INCREMENT_ERROR_MAX_REL, |e| e.min(INCREMENT_ERROR_MAX_REL));
+        let most = IncrementErrorRecord::ALLOWED_REL;
+        let limit = error.allowed.map_or(most, |allowed| allowed.min(most));
         if error.of_work <= limit {
             return None;
         }

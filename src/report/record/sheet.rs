@@ -75,6 +75,9 @@ pub struct IncrementErrorRecord {
 }
 
 impl IncrementErrorRecord {
+    /// Work that forces lack because of the length of the increments over all work, above which a doubt is raised.
+    pub const ALLOWED_REL: f64 = 0.05;
+
     /// Adds an `increment` with these sums since the start of the run. Its own error counts with tools only, and if its
     /// work is above `rounding_nmm`, > 0.
     pub fn update(&mut self, increment: usize, sums: [f64; 2], has_tools: bool, rounding_nmm: f64) {

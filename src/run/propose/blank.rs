@@ -63,10 +63,9 @@ pub(super) fn rectangle(
 }
 
 /// A disc whose area is that of the bottom and the wall of a cup of the punch's radius r and the travel h:
-/// `sqrt(r^2 + 2 r h)`, and no farther than the tool that carries it.
+/// `sqrt(r^2 + 2 r h)`, and no farther than the die and the tool that carries it.
 pub(super) fn disc(
-    punch: &GivenTool,
-    carrier: &GivenTool,
+    [die, punch, carrier]: [&GivenTool; 3],
     quarter: bool,
     travel: f64,
     length: Option<f64>,
@@ -76,7 +75,8 @@ pub(super) fn disc(
         min.x.abs().max(max.x.abs())
     };
     let r = radius(punch);
-    let whole = (r * r + 2.0 * BEYOND_PUNCH * r * travel).sqrt().min(radius(carrier));
+    let whole =
+        (r * r + 2.0 * BEYOND_PUNCH * r * travel).sqrt().min(radius(carrier)).min(radius(die));
     let radius = rounded(whole, 0.5);
     let length = length.unwrap_or(radius / 25.0).clamp(2.0 * radius / ELEMENTS[1], radius / 10.0);
     let count = |part: f64| (part * radius / length).ceil().max(2.0) as usize;

@@ -1,6 +1,7 @@
 //! A scene in outline: everything that tools and wishes determine, before it is written.
 
 use super::blank::{Outline, disc, element_length, rectangle, rounded, two_digits};
+use super::heights::extreme;
 use super::roles::{ProposeError, Role, below, bounds, plan_area, roles};
 use super::symmetry::{Cut, are_of_revolution, cuts};
 use super::travel::{closing_travel, height};
@@ -93,6 +94,9 @@ impl Layout {
 /// [`ProposeError`] when the tools are fewer than two, on one side of the sheet, without extent, or of one name.
 pub fn propose(tools: &[GivenTool], wishes: &Wishes) -> Result<Layout, ProposeError> {
     check(tools)?;
+    if is_plane_strain(wishes.kind) {
+        check_common(tools)?;
+    }
     let below = below(tools);
     let roles = roles(tools, &below)?;
     let of = |role: Role| roles.iter().position(|r| *r == role);
@@ -125,7 +129,7 @@ pub fn propose(tools: &[GivenTool], wishes: &Wishes) -> Result<Layout, ProposeEr
         cad: tool.cad.clone(),
         below,
         role: if std::ptr::eq(tool, punch) { Role::Punch } else { role },
-        size: Some((bounds(tool).max - bounds(tool).min).into()),
+        size: Some(size_of(tool)),
     });
     Ok(Layout {
         name: wishes.name.clone(),
@@ -138,6 +142,12 @@ pub fn propose(tools: &[GivenTool], wishes: &Wishes) -> Result<Layout, ProposeEr
         cuts,
         plane_strain,
     })
+}
+
+/// Size of a tool along the axes [mm]: in plan that of its box, along z between its points.
+fn size_of(tool: &GivenTool) -> [f64; 3] {
+    let size = bounds(tool).max - bounds(tool).min;
+    [size.x, size.y, extreme(&tool.surface, true) - extreme(&tool.surface, false)]
 }
 
 fn is_plane_strain(kind: Option<PartKind>) -> bool {
@@ -167,7 +177,7 @@ fn outline(
         None => centred && are_of_revolution(&[die, punch], cuts),
     };
     if round {
-        return disc(punch, carrier, quadrant, travel, length);
+        return disc([die, punch, carrier], quadrant, travel, length);
     }
     let strip = is_plane_strain(kind);
     let mut outline = rectangle([die, punch, carrier], cuts, travel, (length, strip));
@@ -183,6 +193,19 @@ fn outline(
         elements[1] = 1;
     }
     outline
+}
+
+/// A strip needs a place along y that all tools have.
+fn check_common(tools: &[GivenTool]) -> Result<(), ProposeError> {
+    let low = tools.iter().map(|t| bounds(t).min.y).fold(f64::NEG_INFINITY, f64::max);
+    let beyond = tools.iter().find(|t| bounds(t).max.y <= low);
+    beyond.map_or(Ok(()), |tool| {
+        Err(ProposeError::Tool {
+            name: tool.name.clone(),
+            found: "no place along y that another tool has too",
+            allowed: "tools at one place along y, where a strip lies between all of them",
+        })
+    })
 }
 
 fn check(tools: &[GivenTool]) -> Result<(), ProposeError> {

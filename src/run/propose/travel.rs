@@ -42,10 +42,7 @@ pub(super) fn closing_travel(
 
 /// Height of the punch or depth of the die, whichever is smaller [mm].
 pub(super) fn height(die: &GivenTool, punch: &GivenTool) -> f64 {
-    let of = |tool: &GivenTool| {
-        let b = bounds(tool);
-        b.max.z - b.min.z
-    };
+    let of = |tool: &GivenTool| extreme(&tool.surface, true) - extreme(&tool.surface, false);
     of(die).min(of(punch))
 }
 

@@ -48,7 +48,7 @@ pub(super) fn draw_in(page: &mut Page, drawn: &Drawn) {
     page.heading("Draw-in");
     let when = match drawn.released {
         Some(_) => "in the last equilibrium with tools",
-        None => "at the end",
+        None => "at the end of the run",
     };
     page.text(&format!(
         "Border of the blank (dotted) and of the sheet {when}, in plan. The draw-in of a side is the displacement \

@@ -145,6 +145,9 @@ impl RunFiles {
         if let Err(why) = &strains {
             missing.push(format!("strains in the last equilibrium with tools ({why})"));
         }
+        if let Err(why) = &held {
+            missing.push(format!("draw-in with tools ({why})"));
+        }
         let held = held.ok().map(|held| held.points.clone());
         let shape = self.scene.as_ref().ok().map(|scene| &scene.plan.scene.blank.shape);
         let plastic_strain = grid::cell_values(&grid, "plastic_strain").map(<[f64]>::to_vec);

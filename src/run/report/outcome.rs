@@ -65,6 +65,7 @@ pub(super) fn answers(page: &mut Page, record: &RunRecord, history: &History, dr
     rows.extend(outer(&drawn.borders).map(|text| {
         let text = match released {
             Some(released) => format!("with tools {text}; released {released}"),
+            None if record.springback.is_some() => format!("released {text}; not known with tools"),
             None => text,
         };
         ("draw-in of the outer border".to_owned(), text)

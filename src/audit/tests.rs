@@ -190,6 +190,7 @@ fn bezier_patches_find_their_neighbours() {
     assert!((jumps.normal_deg - 30.0).abs() < 1e-9 && jumps.position_mm <= rounding, "{jumps:?}");
 }
 
+#[cfg(feature = "pages")]
 #[test]
 fn picture_and_page_hold_the_figures() {
     let tool = quarter(2);

@@ -53,6 +53,7 @@ pub(super) fn json_text(value: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    #[cfg(feature = "pages")]
     use serde_json::json;
 
     const NAME: &str = "<b onclick=\"x\">&'\u{7}\u{202e}\u{9b}\u{ffff}%{x}";
@@ -64,6 +65,7 @@ mod tests {
         assert_eq!(escaped(NAME), text);
     }
 
+    #[cfg(feature = "pages")]
     #[test]
     fn json_in_a_page_ends_no_script() {
         let value = json!({"a": "</script><!--\u{2028}", "b": 1.5});

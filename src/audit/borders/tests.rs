@@ -1,12 +1,17 @@
 use std::f64::consts::TAU;
 
+#[cfg(feature = "pages")]
+use crate::doubts;
+#[cfg(feature = "pages")]
 use crate::page::page;
 use crate::shapes::{holed_square, joined, sphere, whole};
-use crate::{Audit, AuditOptions, CadReference, ReferenceSurface, audit, doubts};
+use crate::{Audit, AuditOptions, CadReference, ReferenceSurface, audit};
 use kanagata_cad::Model;
+#[cfg(feature = "pages")]
 use kanagata_cad::raw::LostFace;
 use kanagata_geometry::nurbs::Surface;
 use kanagata_geometry::{Frame, Vec3};
+#[cfg(feature = "pages")]
 use kanagata_report::doubt::DoubtCode;
 use kanagata_tool::{Patch, ToolKind, ToolModel};
 
@@ -143,6 +148,7 @@ fn a_closed_surface_has_no_border() {
     assert!(edges.is_empty(), "{edges:?}");
 }
 
+#[cfg(feature = "pages")]
 #[test]
 fn a_border_that_is_missed_is_a_doubt_and_stands_first_in_the_page() {
     use DoubtCode::{BordersExceeded, FacesLost, FoldedPatches, ToleranceExceeded};

@@ -48,14 +48,7 @@ impl Sequence {
             }
         }
         record.accuracy = Some(self.record.clone());
-        // The estimated errors contain what tools in faces of elements change: the less, the finer the mesh.
-        let depth = record.face_penetration.as_ref().map_or(0.0, |found| found.depth_rel);
-        if self.judges_contact() && depth <= FacePenetrationRecord::ALLOWED_IN_SEQUENCE_REL {
-            record.doubts.retain(|doubt| doubt.code != DoubtCode::PenetrationOnFaces);
-        }
-        if self.judges_increments(&record) {
-            record.doubts.retain(|doubt| doubt.code != DoubtCode::IncrementsTooLong);
-        }
+        self.drop_judged_doubts(&mut record);
         record.doubts.extend(self.record.doubt());
         if record.verdict.is_complete() {
             let sound = record.doubts.is_empty();
@@ -67,6 +60,18 @@ impl Sequence {
 }
 
 impl Sequence {
+    /// Drops doubts about what the estimated errors contain.
+    fn drop_judged_doubts(&self, record: &mut RunRecord) {
+        // What tools in faces of elements change: the less, the finer the mesh.
+        let depth = record.face_penetration.as_ref().map_or(0.0, |found| found.depth_rel);
+        if self.judges_contact() && depth <= FacePenetrationRecord::ALLOWED_IN_SEQUENCE_REL {
+            record.doubts.retain(|doubt| doubt.code != DoubtCode::PenetrationOnFaces);
+        }
+        if self.judges_increments(record) {
+            record.doubts.retain(|doubt| doubt.code != DoubtCode::IncrementsTooLong);
+        }
+    }
+
     /// Whether the errors are as small as asked with what the increments leave, which is a part of them: the value that the
     /// sequence gives its runs is an aim, not a limit of the scene.
     fn judges_increments(&self, record: &RunRecord) -> bool {

@@ -5,6 +5,7 @@ mod doubts;
 mod files;
 mod formability;
 mod history;
+mod increment_error;
 mod origin;
 mod quality;
 mod section;
@@ -26,15 +27,16 @@ pub use formability::{
     FormabilityRecord, LimitMarginRecord, ThinningRecord, TurnedPathsRecord, ZoneShares,
 };
 pub use history::{Energies, History, HistoryRow, IterationRow, write_iterations};
+pub use increment_error::IncrementErrorRecord;
 pub use origin::{ExcludedPatchesRecord, Process};
 pub use quality::{Quality, QualityVerdict};
 pub use section::{SectionRecord, WallRecord};
 pub use sheet::{
     FacePenetrationRecord, HolderLiftRecord, HolderPressureRecord, HourglassRecord,
-    IncrementErrorRecord, InsideToolRecord, MaximumForceRecord, NeckingKind, NeckingRecord,
-    NormalDisplacementRecord, OverhangRecord, PlasticStrainRecord, PressurePeakRecord,
-    SelfPenetrationRecord, SpringbackRecord, StrainRecord, ThicknessRecord,
-    ThroughThicknessShearRecord, UnaccountedEnergyRecord, WaveRecord, WavesRecord,
+    InsideToolRecord, MaximumForceRecord, NeckingKind, NeckingRecord, NormalDisplacementRecord,
+    OverhangRecord, PlasticStrainRecord, PressurePeakRecord, SelfPenetrationRecord,
+    SpringbackRecord, StrainRecord, ThicknessRecord, ThroughThicknessShearRecord,
+    UnaccountedEnergyRecord, WaveRecord, WavesRecord,
 };
 
 /// How a run ended.

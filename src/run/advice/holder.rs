@@ -10,8 +10,8 @@ use kanagata_solver::{Motion, SimulationSetup, Stage, ToolSetup};
 /// Mean holder pressure below which a doubt is raised [MPa]: a tenth of the minimum of Siebel's rule for drawing, 0.5 to
 /// 5 MPa. A force in kN in place of N is a factor of 1000.
 const HOLDER_PRESSURE_MIN_MPA: f64 = 0.05;
-/// Mean holder pressure above which a note is given [MPa]: twice the maximum of this rule. Doubled: a blank with a third of
-/// its flange between the tools, which is drawn out from under the holder, has no note.
+/// Mean holder pressure above which a note is given [MPa]: twice the maximum of this rule. Doubled: a pan whose blank is drawn
+/// out from under its holder, pressed with 13.7 MPa, has no note.
 const HOLDER_PRESSURE_MAX_MPA: f64 = 10.0;
 /// Ratio of clamped area to blank area below which the blank is not between the tools.
 const CLAMPED_AREA_MIN_REL: f64 = 0.01;
@@ -105,6 +105,19 @@ fn clamped_area(setup: &SimulationSetup, tool: usize, dies: &[usize]) -> (f64, f
     (clamped, areas.iter().sum())
 }
 
+/// A note on a pressure above those of drawing.
+fn strong(holder: &Holder, name: &str) -> Finding {
+    Finding::note(
+        format!(
+            "{name} presses with {:.1} MPa on {:.0} mm2, {:.0} % of the blank; holders need 0.5 to 5 MPa",
+            holder.pressure(),
+            holder.clamped,
+            100.0 * holder.clamped / holder.blank
+        ),
+        "a larger blank or a smaller force: a rim near the opening is drawn out from under the holder".into(),
+    )
+}
+
 /// Findings on blank holders.
 pub(super) fn findings(setup: &SimulationSetup, holders: &[Holder], out: &mut Vec<Finding>) {
     for holder in holders {
@@ -141,15 +154,7 @@ pub(super) fn findings(setup: &SimulationSetup, holders: &[Holder], out: &mut Ve
                 .exceeds([holder.pressure(), HOLDER_PRESSURE_MIN_MPA]),
             );
         } else if holder.pressure() > HOLDER_PRESSURE_MAX_MPA {
-            out.push(Finding::note(
-                format!(
-                    "{name} presses with {:.1} MPa on {:.0} mm2, {:.0} % of the blank; holders need 0.5 to 5 MPa",
-                    holder.pressure(),
-                    holder.clamped,
-                    100.0 * ratio
-                ),
-                "a larger blank or a smaller force: a rim near the opening is drawn out from under the holder".into(),
-            ));
+            out.push(strong(holder, name));
         }
     }
 }

@@ -24,6 +24,13 @@ pub(super) struct PlacedTool {
     pub(super) size: Option<[f64; 3]>,
 }
 
+impl PlacedTool {
+    fn new(tool: &GivenTool, below: bool, role: Role) -> Self {
+        let (name, file, cad) = (tool.name.clone(), tool.file.clone(), tool.cad.clone());
+        Self { name, file, cad, below, role, size: Some(size_of(tool)) }
+    }
+}
+
 /// Where the travel of the punch comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum TravelFrom {
@@ -114,22 +121,10 @@ pub fn propose(tools: &[GivenTool], wishes: &Wishes) -> Result<Layout, ProposeEr
     };
     let length = element_length(tools, wishes.thickness_mm);
     let outline = outline(&[die, punch, carrier], wishes.kind, &cuts, (travel.0, length));
-    let parts = 1 << cuts.len();
-    let below_punch = match outline {
-        // Of a strip the punch covers as much as it is wide.
-        Outline::Rectangle { size, .. } if plane_strain => {
-            size[1] * (bounds(punch).max.x - bounds(punch).min.x)
-        }
-        _ => plan_area(&bounds(punch)),
-    };
-    let pressed = outline.area(parts) - below_punch * parts_of(punch, &cuts);
-    let placed = tools.iter().zip(&below).zip(&roles).map(|((tool, &below), &role)| PlacedTool {
-        name: tool.name.clone(),
-        file: tool.file.clone(),
-        cad: tool.cad.clone(),
-        below,
-        role: if std::ptr::eq(tool, punch) { Role::Punch } else { role },
-        size: Some(size_of(tool)),
+    let pressed = area_beside(punch, &outline, plane_strain, &cuts);
+    let placed = tools.iter().zip(&below).zip(&roles).map(|((tool, &below), &role)| {
+        let role = if std::ptr::eq(tool, punch) { Role::Punch } else { role };
+        PlacedTool::new(tool, below, role)
     });
     Ok(Layout {
         name: wishes.name.clone(),
@@ -142,6 +137,18 @@ pub fn propose(tools: &[GivenTool], wishes: &Wishes) -> Result<Layout, ProposeEr
         cuts,
         plane_strain,
     })
+}
+
+/// Area of the whole blank outside the punch [mm^2].
+fn area_beside(punch: &GivenTool, outline: &Outline, plane_strain: bool, cuts: &[Cut]) -> f64 {
+    let covered = match outline {
+        // Of a strip the punch covers as much as it is wide.
+        Outline::Rectangle { size, .. } if plane_strain => {
+            size[1] * (bounds(punch).max.x - bounds(punch).min.x)
+        }
+        _ => plan_area(&bounds(punch)),
+    };
+    outline.area(1 << cuts.len()) - covered * parts_of(punch, cuts)
 }
 
 /// Size of a tool along the axes [mm]: in plan that of its box, along z between its points.

@@ -60,16 +60,8 @@ pub(super) fn answers(page: &mut Page, record: &RunRecord, history: &History, dr
     rows.extend(tools.filter_map(|(k, tool)| {
         Some((format!("largest force of {tool}"), largest_force(history, k)?))
     }));
-    let outer = |borders: &[Border]| borders.first().and_then(draw_in);
-    let released = drawn.released.as_deref().and_then(outer);
-    rows.extend(outer(&drawn.borders).map(|text| {
-        let text = match released {
-            Some(released) => format!("with tools {text}; released {released}"),
-            None if record.springback.is_some() => format!("released {text}; not known with tools"),
-            None => text,
-        };
-        ("draw-in of the outer border".to_owned(), text)
-    }));
+    let border = border(drawn, record.springback.is_some());
+    rows.extend(border.map(|text| ("draw-in of the outer border".to_owned(), text)));
     rows.extend(record.springback.map(|s| {
         let mut text = format!("up to {:.3} mm, RMS {:.3} mm", s.largest_mm, s.rms_mm);
         if let Some((least, most)) = s.normal_min.zip(s.normal_max) {
@@ -135,6 +127,17 @@ fn largest_force(history: &History, tool: usize) -> Option<String> {
             "{unit} at a travel of {:.2} mm, increment {}, {}",
             at.travel_mm[tool], at.increment, at.stage
         )
+    })
+}
+
+/// Draw-in of the outer border with tools, and after their release.
+fn border(drawn: &Drawn, released: bool) -> Option<String> {
+    let outer = |borders: &[Border]| borders.first().and_then(draw_in);
+    let text = outer(&drawn.borders)?;
+    Some(match drawn.released.as_deref().and_then(outer) {
+        Some(after) => format!("with tools {text}; released {after}"),
+        None if released => format!("released {text}; not known with tools"),
+        None => text,
     })
 }
 

@@ -120,14 +120,14 @@ pub fn edge_curve(d: &Vec3, ends: &[[Vec3; 2]], rule: EdgeRule) -> EdgeCurve {
     let c = match ends {
         [] => Vec3::zeros(),
         [[n0, n1]] => coefficient(d, n0, n1),
-        several => smallest_solution(&conditions(d, several, Kept::All), &Vec3::zeros()),
+        several => smallest_solution(&conditions(d, several, Kept::All, as_it_is), &Vec3::zeros()),
     };
     let fault = check(d, &c, ends);
     match (rule, fault) {
         (EdgeRule::Guarded, Some(_)) => EdgeCurve { c: Vec3::zeros(), fault },
         (EdgeRule::Guarded, None) if ends.iter().any(|[n0, n1]| is_noise(d, n0, n1)) => {
-            let c = smallest_solution(&conditions(d, ends, Kept::Sound), &Vec3::zeros());
-            EdgeCurve { c, fault }
+            let sound = conditions(d, ends, Kept::Sound, as_it_is);
+            EdgeCurve { c: smallest_solution(&sound, &Vec3::zeros()), fault }
         }
         _ => EdgeCurve { c, fault },
     }
@@ -151,12 +151,24 @@ fn check(d: &Vec3, c: &Vec3, ends: &[[Vec3; 2]]) -> Option<EdgeFault> {
 /// by Eq. 8, along `n0 x n1` (the whole tangent plane for equal normals), is that of `wanted`. Where the normals cannot
 /// be satisfied (an inflected edge, rejected by the guard of [`edge_curve`]) only their mean is, and the fault is
 /// reported; the curve then follows `wanted`.
+///
+/// The difference of the normals changes `c` along the edge only. Near an inflection it points across the edge (twist),
+/// and Eq. 8 would shift the curve sideways by the ratio of two small numbers, which decreases only as the square of
+/// the length: as slowly as the sagitta of a chord.
 #[must_use]
 pub fn nearest_coefficient(d: &Vec3, ends: &[[Vec3; 2]], wanted: &Vec3) -> EdgeCurve {
-    let bent = |kept: Kept| wanted + smallest_solution(&conditions(d, ends, kept), wanted);
+    let length = d.norm();
+    if length == 0.0 {
+        return EdgeCurve { c: Vec3::zeros(), fault: Some(EdgeFault::Degenerate) };
+    }
+    let along = d / length;
+    let sideways = wanted - along * wanted.dot(&along);
+    let by_length = |a: Vec3, b: f64| (along * a.dot(&along), b - a.dot(&sideways));
+    let bent =
+        |kept: Kept| wanted + smallest_solution(&conditions(d, ends, kept, by_length), wanted);
     let full = bent(Kept::All);
     // Normals that vary along the edge as those of a parabola need a correction of higher order only.
-    let kept = (full - wanted).norm() <= CORRECTION_MAX_REL * d.norm();
+    let kept = (full - wanted).norm() <= CORRECTION_MAX_REL * length;
     match check(d, &full, ends) {
         None if kept => EdgeCurve { c: bent(Kept::Sound), fault: None },
         fault => {
@@ -183,8 +195,19 @@ enum Kept {
     Means,
 }
 
-/// Rows `nu . c = dl . d` and, if selected, `dl . c = nu . d` of every side, with a length of about one.
-fn conditions(d: &Vec3, ends: &[[Vec3; 2]], kept: Kept) -> Vec<(Vec3, f64)> {
+/// A row `a . c = b` unchanged.
+fn as_it_is(a: Vec3, b: f64) -> (Vec3, f64) {
+    (a, b)
+}
+
+/// Rows `nu . c = dl . d` and, if selected, `dl . c = nu . d` of every side, with a length of about one. `difference`
+/// changes the rows of the second kind.
+fn conditions(
+    d: &Vec3,
+    ends: &[[Vec3; 2]],
+    kept: Kept,
+    difference: impl Fn(Vec3, f64) -> (Vec3, f64),
+) -> Vec<(Vec3, f64)> {
     let mut rows: Vec<(Vec3, f64)> = Vec::with_capacity(2 * ends.len());
     for [n0, n1] in ends {
         let (nu, dl) = ((n0 + n1) * 0.5, (n0 - n1) * 0.5);
@@ -197,7 +220,7 @@ fn conditions(d: &Vec3, ends: &[[Vec3; 2]], kept: Kept) -> Vec<(Vec3, f64)> {
         };
         // Below this the condition is rounding; the side is flat along the crease.
         if size > NORMAL_NOISE && wanted {
-            rows.push((dl / size, nu.dot(d) / size));
+            rows.push(difference(dl / size, nu.dot(d) / size));
         }
     }
     rows
@@ -333,6 +356,32 @@ mod tests {
         let eq8 = on(&x0, &d, &coefficient(&d, &cone[0][0], &cone[0][1]), 0.5);
         assert!((found.c - wanted).norm() < 1e-12 && middle.norm() - 27.0 < 0.01);
         assert!((eq8 - middle).norm() > 0.2, "Eq. 8 leaves the circle along the cone");
+    }
+
+    /// Border `y = 0` of the surface `z = twist x y + bend x³ / 6` about its inflection: the difference of the normals points
+    /// along y. Eq. 8 leaves the border by `bend h² / (24 twist)`, of second order as the sagitta of a chord; the
+    /// profile alone needs `sqrt(3) bend h³ / 216`.
+    #[test]
+    fn a_twisted_border_with_an_inflection_is_followed_to_third_order() {
+        let (twist, bend) = (0.02, 1e-3);
+        for h in [2.0, 4.0, 8.0] {
+            let at = |x: f64| Vec3::new(x, 0.0, bend * x.powi(3) / 6.0);
+            let normal = |x: f64| Vec3::new(-0.5 * bend * x * x, -twist * x, 1.0).normalize();
+            let (x0, x1) = (at(-0.5 * h), at(0.5 * h));
+            let (d, ends) = (x1 - x0, [[normal(-0.5 * h), normal(0.5 * h)]]);
+            let off = |c: &Vec3| {
+                let away = |k: u32| {
+                    let p = on(&x0, &d, c, f64::from(k) / 64.0);
+                    (p - at(p.x)).norm()
+                };
+                (0..=64).map(away).fold(0.0, f64::max)
+            };
+            let followed = nearest_coefficient(&d, &ends, &Vec3::zeros());
+            let profile = 3f64.sqrt() * bend * h.powi(3) / 216.0;
+            assert!(off(&followed.c) < 1.01 * profile, "{h}: {} {profile}", off(&followed.c));
+            let (eq8, sideways) = (edge_curve(&d, &ends, EdgeRule::Plain).c, bend * h * h / 24.0);
+            assert!((off(&eq8) / (sideways / twist) - 1.0).abs() < 0.1, "{h}: {}", off(&eq8));
+        }
     }
 
     #[test]

@@ -9,12 +9,15 @@ struct Piece {
     points: Vec<(Vec2, f64)>,
     low: Vec2,
     high: Vec2,
+    /// Second coordinates of both ends.
+    ends_y: [f64; 2],
 }
 
 impl Piece {
     fn new(points: Vec<(Vec2, f64)>) -> Self {
-        let Part { low, high, .. } = Part::new(&points);
-        Self { points, low, high }
+        let part = Part::new(&points);
+        let (low, high, ends_y) = (part.low, part.high, part.ends().map(|end| end.y));
+        Self { points, low, high, ends_y }
     }
 
     fn line(a: Vec2, b: Vec2) -> Self {
@@ -56,7 +59,7 @@ impl Piece {
     fn crossings(&self, uv: Vec2, border: f64) -> Option<i32> {
         let part = Part { points: &self.points, low: self.low, high: self.high };
         if part.is_outside_box(uv, border) {
-            return Some(part.by_ends(uv));
+            return Some(part.by_ends(uv, self.ends_y));
         }
         match self.points.len() {
             2 => self.line_crossings(uv, border),
@@ -76,7 +79,7 @@ impl Piece {
         while let Some((mut points, depth)) = stack.pop() {
             let part = Part::new(&points[..count]);
             if part.is_outside_box(uv, border) {
-                winding += part.by_ends(uv);
+                winding += part.by_ends(uv, part.ends().map(|end| end.y));
             } else if let Some(crossings) = part.by_chord(uv, border) {
                 winding += crossings;
             } else if depth >= SUBDIVISION_DEPTH_MAX || (part.high - part.low).norm() <= border {
@@ -147,12 +150,11 @@ impl<'a> Part<'a> {
             || uv.x < self.low.x - border
     }
 
-    /// Signed ray crossings from the end points alone.
-    fn by_ends(&self, uv: Vec2) -> i32 {
+    /// Signed ray crossings from the second coordinates of the end points alone.
+    fn by_ends(&self, uv: Vec2, [a, b]: [f64; 2]) -> i32 {
         if uv.x > self.high.x {
             return 0;
         }
-        let [a, b] = self.ends().map(|end| end.y);
         i32::from(a <= uv.y && uv.y < b) - i32::from(b <= uv.y && uv.y < a)
     }
 

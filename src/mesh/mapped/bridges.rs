@@ -1,6 +1,9 @@
 //! Joins the loops of a flat face with holes to one ring by bridges traversed in both directions. Division of the ring
 //! without interior nodes then needs few elements.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use super::patchwork::Node;
 use kanagata_cad::model::Face;
 use kanagata_geometry::{Vec2, Vec3};
@@ -74,16 +77,19 @@ fn cross([a, b]: &[Place; 2], [c, d]: &[Place; 2]) -> bool {
 
 /// The shortest bridge: hole, index on the first ring, index on the hole.
 fn shortest_bridge(rings: &[Vec<Place>]) -> Option<[usize; 3]> {
-    let mut candidates: Vec<(f64, [usize; 3])> = Vec::new();
+    // Lengths are not negative, so that their bits are in their order.
+    let mut candidates: Vec<Reverse<(u64, [usize; 3])>> = Vec::new();
     for (h, hole) in rings.iter().enumerate().skip(1) {
         for (a, from) in rings[0].iter().enumerate().filter(|p| !p.1.bridged) {
-            let candidate = |(b, to): (usize, &Place)| ((to.at - from.at).norm(), [h, a, b]);
+            let candidate =
+                |(b, to): (usize, &Place)| Reverse(((to.at - from.at).norm().to_bits(), [h, a, b]));
             candidates.extend(hole.iter().enumerate().map(candidate));
         }
     }
-    candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let free = |&(_, [h, a, b]): &(f64, [usize; 3])| is_free(rings, &[rings[0][a], rings[h][b]]);
-    candidates.into_iter().find(free).map(|direction| direction.1)
+    // Nearly always one of the first is free: the others are not sorted.
+    let mut candidates = BinaryHeap::from(candidates);
+    let free = |&[h, a, b]: &[usize; 3]| is_free(rings, &[rings[0][a], rings[h][b]]);
+    std::iter::from_fn(|| candidates.pop().map(|Reverse((_, ends))| ends)).find(free)
 }
 
 /// True when a bridge crosses no chord and passes through no node.

@@ -27,6 +27,51 @@ impl Fill {
     }
 }
 
+/// A chord with a division: its other end, and the number of elements and penalty of its [`Fill`].
+#[derive(Clone, Copy)]
+struct Chord {
+    end: usize,
+    elements: usize,
+    penalty: f64,
+}
+
+/// The best divisions of all chords so far.
+struct Fills {
+    count: usize,
+    /// Of chord `i`-`j` at `i * count + j`.
+    all: Vec<Option<Fill>>,
+    /// The chords from every node that have a division, in the order of their ends.
+    from: Vec<Vec<Chord>>,
+    /// Those to node `j` at `j * count + i`.
+    to: Vec<Option<Chord>>,
+}
+
+impl Fills {
+    /// Sides of the ring, which need no elements.
+    fn of_sides(count: usize) -> Self {
+        let all = vec![None; count * count];
+        let mut fills =
+            Self { count, all, from: vec![Vec::new(); count], to: vec![None; count * count] };
+        for k in 0..count - 1 {
+            fills.keep([k, k + 1], Fill { elements: 0, penalty: 0.0, apex: [0, 0] });
+        }
+        fills
+    }
+
+    /// Adds a chord. Chords from one node are added in the order of their ends.
+    fn keep(&mut self, [i, j]: [usize; 2], fill: Fill) {
+        let Fill { elements, penalty, .. } = fill;
+        self.all[i * self.count + j] = Some(fill);
+        self.from[i].push(Chord { end: j, elements, penalty });
+        self.to[j * self.count + i] = Some(Chord { end: i, elements, penalty });
+    }
+
+    /// Chords from `i` to nodes before `j`.
+    fn before(&self, i: usize, j: usize) -> impl Iterator<Item = &Chord> {
+        self.from[i].iter().take_while(move |chord| chord.end < j)
+    }
+}
+
 /// Divides the ring into the smallest number of convex quadrilaterals and triangles (an even ring into quadrilaterals
 /// only, if possible) by dynamic programming over its chords. Also returns the sum of the reciprocal sines of the worst
 /// corners. `None` when there is no division with admissible corners.
@@ -45,15 +90,15 @@ pub fn quads(
     let normal = face.surface.normal(ring[0].uv)?;
     let points: Vec<Vec3> = ring.iter().map(|n| n.point).collect();
     let cut = Cut { points: &points, sides: sides(ring, edge_tangents), normal, triangles };
-    let mut fills: Vec<Option<Fill>> = vec![None; count * count];
-    for k in 0..count - 1 {
-        fills[k * count + k + 1] = Some(Fill { elements: 0, penalty: 0.0, apex: [0, 0] });
-    }
+    let mut fills = Fills::of_sides(count);
     for span in 2..count {
         for i in 0..count - span {
-            fills[i * count + i + span] = cut.best(&fills, i, i + span);
+            if let Some(fill) = cut.best(&fills, i, i + span) {
+                fills.keep([i, i + span], fill);
+            }
         }
     }
+    let fills = fills.all;
     let penalty = fills[count - 1]?.penalty;
     let mut out = Patchwork { nodes: ring.to_vec(), elements: Vec::new() };
     let mut chords = vec![[0, count - 1]];
@@ -69,6 +114,18 @@ pub fn quads(
     Some((out, penalty))
 }
 
+/// Rounding error of a sum of penalties.
+const PENALTY_ROUNDING: f64 = 1e-9;
+
+/// True when no division whose first chord is `first`, with `sides` sides of the ring behind it, is better than `best`:
+/// `n` sides need at least `(n - 1) / 2` elements besides that at the chord, each with a penalty of at least 1.
+fn is_hopeless(first: &Chord, sides: usize, best: Option<&Fill>) -> bool {
+    let least = 1 + sides.saturating_sub(1) / 2;
+    let penalty = first.penalty + least as f64 - PENALTY_ROUNDING;
+    let bound = Fill { elements: first.elements + least, penalty, apex: [0, 0] };
+    !bound.is_better(best)
+}
+
 struct Cut<'a> {
     points: &'a [Vec3],
     /// For each node the tangents of the boundary backward and forward, where it is curved.
@@ -79,38 +136,49 @@ struct Cut<'a> {
 
 impl Cut<'_> {
     /// Best division at chord `i`-`j` from those of the shorter chords.
-    fn best(&self, fills: &[Option<Fill>], i: usize, j: usize) -> Option<Fill> {
-        let count = self.points.len();
+    fn best(&self, fills: &Fills, i: usize, j: usize) -> Option<Fill> {
+        let to_end = &fills.to[j * fills.count..(j + 1) * fills.count];
         let mut best: Option<Fill> = None;
-        let mut offer = |parts: &[Fill], corners: &[usize], apex: [usize; 2]| {
-            let elements = 1 + parts.iter().map(|p| p.elements).sum::<usize>();
-            let before = parts.iter().map(|p| p.penalty).sum::<f64>();
-            // The element itself adds at least 1.
-            let lower_bound = Fill { elements, penalty: before + 1.0, apex };
-            if !lower_bound.is_better(best.as_ref()) {
-                return;
+        for first in fills.before(i, j) {
+            let k = first.end;
+            if is_hopeless(first, j - k, best.as_ref()) {
+                continue;
             }
-            let sine = self.worst_sine(corners);
-            let fill = Fill { elements, penalty: before + 1.0 / sine.max(CORNER_SINE_MIN), apex };
-            if sine >= CORNER_SINE_MIN && fill.is_better(best.as_ref()) && !self.is_folded(corners)
-            {
-                best = Some(fill);
-            }
-        };
-        for k in i + 1..j {
-            let Some(first) = fills[i * count + k] else { continue };
             if self.triangles
-                && let Some(last) = fills[k * count + j]
+                && let Some(last) = &to_end[k]
             {
-                offer(&[first, last], &[i, k, j], [k, k]);
+                self.offer(
+                    &mut best,
+                    first.elements + last.elements,
+                    first.penalty + last.penalty,
+                    &[i, k, j],
+                );
             }
-            for l in k + 1..j {
-                if let (Some(middle), Some(last)) = (fills[k * count + l], fills[l * count + j]) {
-                    offer(&[first, middle, last], &[i, k, l, j], [k, l]);
-                }
+            for middle in fills.before(k, j) {
+                let l = middle.end;
+                let Some(last) = &to_end[l] else { continue };
+                let elements = first.elements + middle.elements + last.elements;
+                let penalty = first.penalty + middle.penalty + last.penalty;
+                self.offer(&mut best, elements, penalty, &[i, k, l, j]);
             }
         }
         best
+    }
+
+    /// Replaces `best` by the element at `corners` beside parts with `elements` and `penalty`, if that is better.
+    #[inline]
+    fn offer(&self, best: &mut Option<Fill>, elements: usize, penalty: f64, corners: &[usize]) {
+        let apex = [corners[1], corners[corners.len() - 2]];
+        // The element itself adds at least 1.
+        let lower_bound = Fill { elements: elements + 1, penalty: penalty + 1.0, apex };
+        if !lower_bound.is_better(best.as_ref()) {
+            return;
+        }
+        let sine = self.worst_sine(corners);
+        let fill = Fill { penalty: penalty + 1.0 / sine.max(CORNER_SINE_MIN), ..lower_bound };
+        if sine >= CORNER_SINE_MIN && fill.is_better(best.as_ref()) && !self.is_folded(corners) {
+            *best = Some(fill);
+        }
     }
 
     /// True when a corner is inverted along a curved boundary.

@@ -155,6 +155,46 @@ fn the_pressure_of_a_holder_is_said_and_doubted_where_it_holds_nothing() {
     assert!(small.contains("doubt      blank-too-small: The blank is hardly between"), "{small}");
 }
 
+/// A strip on a die from x = 12 on, below a holder eleven times as long across as the die.
+fn below_a_long_holder(folder: &Path, length: f64) -> String {
+    let flat = |z: f64, [low, high]: [f64; 2]| {
+        [[12.0, low, z], [40.0, low, z], [40.0, high, z], [12.0, high, z]]
+    };
+    tool(folder, "die", "+z", &flat(0.0, [0.0, 20.0]), &[[1, 2, 3, 4]]);
+    tool(folder, "holder", "-z", &flat(1.0, [-100.0, 120.0]), &[[4, 3, 2, 1]]);
+    let bar = [[0.0, 0.0, 1.0], [8.0, 0.0, 1.0], [8.0, 20.0, 1.0], [0.0, 20.0, 1.0]];
+    tool(folder, "bar", "-z", &bar, &[[4, 3, 2, 1]]);
+    let place = json!({"shift": [0, 0, 0]});
+    let tools = [("die", 1), ("holder", -1), ("bar", -1)].map(|(name, z)| {
+        let file = format!("{name}.tool.json");
+        json!({"name": name, "file": file, "direction": [0, 0, z], "place": place, "friction": 0.1})
+    });
+    let clamp = json!({"holder": {"force_n": 500}});
+    let draw = json!({"holder": {"force_n": 500}, "bar": {"travel_mm": 5}});
+    let scene = json!({
+        "format": "kanagata-scene", "version": 1, "name": "long",
+        "blank": {
+            "shape": {"rectangle": {"size_mm": [length, 20], "elements": [20, 1]}}, "thickness_mm": 1
+        },
+        "material": "mild-steel-neto2012", "tools": tools, "symmetry": [{"normal": "x"}],
+        "stages": [{"name": "clamp", "drive": clamp}, {"name": "draw", "drive": draw}]
+    });
+    fs::write(folder.join("long.scene.json"), scene.to_string()).unwrap();
+    told(folder, "long.scene.json", |_| {})
+}
+
+/// What of the holder is beside the blank does not count. A blank within the opening of die and holder is too small for
+/// them, which no patch of theirs can touch.
+#[test]
+fn a_holder_is_known_by_its_front_over_the_blank_and_of_a_blank_that_misses_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let over = below_a_long_holder(folder.path(), 30.0);
+    // 500 N for both halves, on 18 of 30 mm.
+    assert!(over.contains("pressure   holder 0.69 MPa (500 N on 720 mm2)"), "{over}");
+    let within = below_a_long_holder(folder.path(), 10.0);
+    assert!(within.contains("doubt      blank-too-small: The blank is hardly between"), "{within}");
+}
+
 #[test]
 fn loads_on_a_sheet_that_nothing_holds_are_told() {
     let folder = tempfile::tempdir().unwrap();

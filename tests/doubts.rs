@@ -266,3 +266,27 @@ fn comments_and_the_schema_key_are_passed_over_and_other_keys_are_not() {
     assert_eq!(done.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&done.stderr).contains("unknown field `comment`"));
 }
+
+/// The strip with a holder under force, whose front begins at 33.1 mm, over a blank of this length [mm].
+fn held(length: f64, travel: f64) -> Value {
+    run(|_, scene| {
+        scene["blank"]["shape"]["rectangle"]["size_mm"] = json!([length, 1.0]);
+        scene["loads"] = json!([]);
+        scene["tools"][1].as_object_mut().unwrap().remove("place");
+        let clamp = json!({"holder": {"force_n": 20}});
+        let draw = json!({"holder": {"force_n": 20}, "punch": {"travel_mm": travel}});
+        scene["stages"] =
+            json!([{"name": "clamp", "drive": clamp}, {"name": "draw", "drive": draw}]);
+    })
+}
+
+/// Over a travel of 6 mm the rim of a blank of 36 mm passes the edge of the holder, that of one of 44 mm does not.
+#[test]
+fn a_blank_that_is_drawn_out_from_under_its_holder_is_a_doubt() {
+    let lost = held(36.0, 6.0);
+    assert!(has(&lost, "holder-lost", "drawn out from under holder in increment"), "{lost}");
+    let (first, last) = (&lost["holder_lost"]["increment"], &lost["increments"]);
+    assert!(first.as_u64() <= last.as_u64() && first.as_u64() > Some(3), "{first} of {last}");
+    let held = held(44.0, 6.0);
+    assert!(!has(&held, "holder-lost", "") && held["holder_lost"].is_null(), "{held}");
+}

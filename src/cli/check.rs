@@ -22,7 +22,7 @@ use crate::scene::set_value::SetValue;
 use crate::scene::types::{BlankShape, Course, Drive};
 use crate::scene::{Plan, SceneError};
 use crate::solver::SimulationSetup;
-use crate::solver::reach::{exclude_unreachable, reachable};
+use crate::solver::reach::exclude_unreachable;
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
@@ -147,7 +147,7 @@ fn pressures<'a>(plan: &'a Plan, setup: &SimulationSetup) -> Vec<Pressure<'a>> {
         clamped_mm2: holder.clamped * share,
         pressure_mpa: holder.pressure(),
     };
-    let holders = holders(setup, &reachable(setup));
+    let holders = holders(setup);
     holders.iter().filter(|holder| holder.clamped > 0.0).map(pressure).collect()
 }
 

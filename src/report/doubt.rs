@@ -196,6 +196,10 @@ codes! {
     HolderLifted "holder-lifted" "result"
         "travel against its direction above one thickness"
         "The sheet pushes a force-driven holder back: its force does not hold the sheet down.";
+    /// The sheet has left a force-driven holder.
+    HolderLost "holder-lost" "result"
+        "less than 1 % of the blank between a holder without `stop_mm` and the tool opposite, after 1 % or more at the start"
+        "The blank is drawn out from under a force-driven holder, whose whole force then acts on the rim alone.";
     /// Strains beyond the forming limit curve.
     FormingLimitExceeded "forming-limit-exceeded" "result"
         "a failure ratio above 1 in the last equilibrium with tools"

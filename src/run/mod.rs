@@ -18,6 +18,7 @@ pub mod folder;
 pub mod formability;
 pub mod formed;
 pub mod friction_shear;
+pub mod holding;
 pub mod hourglassing;
 mod inputs;
 pub mod lock;
@@ -45,7 +46,7 @@ use kanagata_cancel::Section;
 use kanagata_report::record::{ExcludedPatchesRecord, RunRecord, Verdict};
 use kanagata_scene::Plan;
 use kanagata_solver::material::forming_limit::Diagram;
-use kanagata_solver::reach::{ExcludedPatches, Guard, exclude_unreachable, reachable};
+use kanagata_solver::reach::{ExcludedPatches, Guard, exclude_unreachable};
 use kanagata_solver::{Control, IncrementReport, Simulation, SimulationError};
 
 pub use earlier_run::completed;
@@ -134,7 +135,7 @@ fn prepare(plan: &Plan, scene_path: &Path, auto: bool) -> Result<Prepared, RunEr
     if let Some(error) = findings.iter().find(|finding| finding.level == advice::Level::Error) {
         return Err(RunError::Refused { path: scene_path.into(), what: error.to_string() });
     }
-    let holders = advice::holder::holders(&setup, &reachable(&setup));
+    let holders = advice::holder::holders(&setup);
     let (excluded_patches, guard) = if auto {
         let (excluded_patches, guard) = exclude_unreachable(&mut setup).map_err(setup_error)?;
         (excluded_patches, Some(guard))

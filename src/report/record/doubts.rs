@@ -1,7 +1,9 @@
 //! Doubts about a run: about its scene, and about its result.
 
 use super::sheet::THICKNESS_MIN_REL;
-use super::{FacePenetrationRecord, IncrementErrorRecord, NeckingKind, RunRecord, Verdict};
+use super::{
+    FacePenetrationRecord, HolderLostRecord, IncrementErrorRecord, NeckingKind, RunRecord, Verdict,
+};
 use crate::doubt::{Doubt, DoubtCode, place_mm};
 
 /// Penetration of a node over the maximum thickness, above which a doubt is raised.
@@ -39,6 +41,7 @@ impl RunRecord {
             self.localised_thinning(),
             self.thickness_below_half(),
             self.holder_lifted(),
+            self.holder_lost(),
         ];
         let found = found.into_iter().flatten().chain(self.quality_doubts());
         scene.iter().cloned().chain(found).collect()
@@ -331,6 +334,22 @@ impl RunRecord {
                 ),
             )
         })
+    }
+
+    fn holder_lost(&self) -> Option<Doubt> {
+        let lost = self.holder_lost.as_ref()?;
+        Some(Doubt::of(
+            DoubtCode::HolderLost,
+            format!("{}, increment {}", lost.tool, lost.increment),
+            [lost.area_rel, HolderLostRecord::AREA_MIN_REL],
+            format!(
+                "The blank is drawn out from under {} in increment {}: {:.2} % of it is between the holder and the tool opposite ({:.0} % expected). From there on the whole force acts on the rim alone. Take a larger blank, less travel or more holder force; if the rim is to leave the holder, give the holder `stop_mm`.",
+                lost.tool,
+                lost.increment,
+                100.0 * lost.area_rel,
+                100.0 * HolderLostRecord::AREA_MIN_REL
+            ),
+        ))
     }
 
     fn thickness_below_half(&self) -> Option<Doubt> {

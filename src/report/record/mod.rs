@@ -32,11 +32,11 @@ pub use origin::{ExcludedPatchesRecord, Process};
 pub use quality::{Quality, QualityVerdict};
 pub use section::{SectionRecord, WallRecord};
 pub use sheet::{
-    FacePenetrationRecord, HolderLiftRecord, HolderPressureRecord, HourglassRecord,
-    InsideToolRecord, MaximumForceRecord, NeckingKind, NeckingRecord, NormalDisplacementRecord,
-    OverhangRecord, PlasticStrainRecord, PressurePeakRecord, SelfPenetrationRecord,
-    SpringbackRecord, StrainRecord, ThicknessRecord, ThroughThicknessShearRecord,
-    UnaccountedEnergyRecord, WaveRecord, WavesRecord,
+    FacePenetrationRecord, HolderLiftRecord, HolderLostRecord, HolderPressureRecord,
+    HourglassRecord, InsideToolRecord, MaximumForceRecord, NeckingKind, NeckingRecord,
+    NormalDisplacementRecord, OverhangRecord, PlasticStrainRecord, PressurePeakRecord,
+    SelfPenetrationRecord, SpringbackRecord, StrainRecord, ThicknessRecord,
+    ThroughThicknessShearRecord, UnaccountedEnergyRecord, WaveRecord, WavesRecord,
 };
 
 /// How a run ended.
@@ -189,6 +189,9 @@ pub struct RunRecord {
     /// The blank holder that the sheet pushed back farthest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub holder_lift: Option<HolderLiftRecord>,
+    /// The first blank holder under force that the sheet left.
+    #[serde(default)]
+    pub holder_lost: Option<HolderLostRecord>,
     /// Contact pressure under each blank holder: a tool that a force presses against a stationary one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub holder_pressure: Vec<HolderPressureRecord>,

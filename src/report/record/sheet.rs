@@ -68,6 +68,24 @@ pub struct HolderLiftRecord {
     pub lift_mm: f64,
 }
 
+/// A blank holder that presses on no sheet any more.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct HolderLostRecord {
+    /// The tool.
+    pub tool: String,
+    /// First increment after which the sheet is not between it and the tool opposite.
+    pub increment: usize,
+    /// Area of the sheet between them then, of the modelled part [mm2].
+    pub area_mm2: f64,
+    /// The same over the area of the blank.
+    pub area_rel: f64,
+}
+
+impl HolderLostRecord {
+    /// Ratio of the area between holder and die to that of the blank below which the sheet is not between them.
+    pub const AREA_MIN_REL: f64 = 0.01;
+}
+
 /// Contact pressure under a blank holder while a force drives it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HolderPressureRecord {

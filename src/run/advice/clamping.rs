@@ -7,8 +7,8 @@
 use super::curvature::corners;
 use super::sharp_edge::Opposite;
 use kanagata_contact::Projection;
-use kanagata_geometry::Vec3;
 use kanagata_geometry::frame::unit;
+use kanagata_geometry::{Aabb, Vec3};
 use kanagata_solver::{Motion, SimulationSetup, ToolSetup};
 use kanagata_tool::Patch;
 
@@ -39,17 +39,26 @@ pub(super) fn opposite_tools(
 }
 
 /// Whether tool `other` opposes more than half of the front of `tool`, at a clearance of about the thickness: the tool
-/// cannot advance at any force. `kept`: its reachable patches.
-pub(super) fn opposes(setup: &SimulationSetup, other: usize, tool: usize, kept: &[bool]) -> bool {
+/// cannot advance at any force. The front over the sheet is examined, or all of it where the sheet is beside it.
+pub(super) fn opposes(setup: &SimulationSetup, other: usize, tool: usize) -> bool {
     let (own, other) = (&setup.tools[tool], &setup.tools[other]);
-    let near = own.surface.model().patches.iter().zip(kept).filter(|(_, kept)| **kept);
-    let places: Vec<(Vec3, f64)> = near
-        .flat_map(|(patch, _)| front_samples(patch, &own.direction))
+    let patches = own.surface.model().patches.iter();
+    let all: Vec<(Vec3, f64)> = patches
+        .flat_map(|patch| front_samples(patch, &own.direction))
         .map(|(x, area)| (x + own.offset, area))
         .collect();
+    let flat = |x: &Vec3| x - own.direction * x.dot(&own.direction);
+    let sheet: Vec<Vec3> = setup.body.mesh().nodes.iter().map(flat).collect();
+    let (sheet, thickness) = (Aabb::of_points(&sheet), setup.body.mesh().mean_thickness());
+    let tolerance = POSITION_TOLERANCE_REL * thickness;
+    let over: Vec<(Vec3, f64)> = all
+        .iter()
+        .filter(|place| sheet.distance_squared(&flat(&place.0)) < tolerance * tolerance)
+        .copied()
+        .collect();
+    let places = if over.is_empty() { all } else { over };
     let along = |place: &(Vec3, f64)| place.0.dot(&own.direction);
     let front = places.iter().map(along).fold(f64::NEG_INFINITY, f64::max);
-    let thickness = setup.body.mesh().mean_thickness();
     let (points, areas): (Vec<Vec3>, Vec<f64>) = places
         .iter()
         .filter(|place| front - along(place) < 0.5 * thickness)
@@ -88,18 +97,12 @@ pub(super) struct Clamping<'a> {
 }
 
 impl<'a> Clamping<'a> {
-    /// `kept`: reachable patches of the tool.
-    pub(super) fn new(
-        setup: &'a SimulationSetup,
-        tool: usize,
-        kept: &[bool],
-        opposite: &Opposite<'_>,
-    ) -> Self {
+    pub(super) fn new(setup: &'a SimulationSetup, tool: usize, opposite: &Opposite<'_>) -> Self {
         let own = &setup.tools[tool];
         let clamps = opposite.is_idle()
             && setup.loads.iter().all(|&force| force == 0.0)
             && !opposite_tools(setup, tool).any(|other| is_force_driven(setup, other))
-            && opposite_tools(setup, tool).any(|other| opposes(setup, other, tool, kept));
+            && opposite_tools(setup, tool).any(|other| opposes(setup, other, tool));
         let along = setup.body.mesh().nodes.iter().map(|x| x.dot(&own.direction));
         let sheet = clamps.then(|| along.fold(f64::INFINITY, f64::min));
         let opposite_tools = opposite_tools(setup, tool).map(|other| &setup.tools[other]).collect();

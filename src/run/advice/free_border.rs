@@ -25,7 +25,7 @@ pub(super) fn finding(
     sizes: &Sizes,
 ) -> Option<Finding> {
     let own = &setup.tools[tool];
-    let pushed = unopposed(setup, tool, kept);
+    let pushed = unopposed(setup, tool);
     let opposite = Opposite::new(setup, tool, &kept[tool], sizes).and_pushed(setup, &pushed);
     let loads = pushing(setup, own);
     if opposite.is_idle() && loads.is_empty() {
@@ -48,10 +48,10 @@ pub(super) fn finding(
 }
 
 /// Force-driven opposite tools that no tool opposes.
-fn unopposed(setup: &SimulationSetup, tool: usize, kept: &[Vec<bool>]) -> Vec<usize> {
+fn unopposed(setup: &SimulationSetup, tool: usize) -> Vec<usize> {
     let pushed = |&other: &usize| {
         let mut against = opposite_tools(setup, other);
-        is_force_driven(setup, other) && !against.any(|k| opposes(setup, k, other, &kept[other]))
+        is_force_driven(setup, other) && !against.any(|k| opposes(setup, k, other))
     };
     opposite_tools(setup, tool).filter(pushed).collect()
 }

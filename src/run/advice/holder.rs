@@ -3,8 +3,10 @@
 
 use super::clamping::{opposes, opposite_tools};
 use super::finding::Finding;
+use crate::holding::{Placed, area_between, lower_faces};
 use kanagata_geometry::Vec3;
 use kanagata_report::doubt::DoubtCode;
+use kanagata_report::record::HolderLostRecord;
 use kanagata_solver::{Motion, SimulationSetup, Stage, ToolSetup};
 
 /// Mean holder pressure below which a doubt is raised [MPa]: a tenth of the minimum of Siebel's rule for drawing, 0.5 to
@@ -13,18 +15,18 @@ const HOLDER_PRESSURE_MIN_MPA: f64 = 0.05;
 /// Mean holder pressure above which a note is given [MPa]: twice the maximum of this rule. Doubled: a pan whose blank is drawn
 /// out from under its holder, pressed with 13.7 MPa, has no note.
 const HOLDER_PRESSURE_MAX_MPA: f64 = 10.0;
-/// Ratio of clamped area to blank area below which the blank is not between the tools.
-const CLAMPED_AREA_MIN_REL: f64 = 0.01;
-/// Smallest cosine between a tool's direction and the normal of a clamping face.
-const CLAMP_COS_MIN: f64 = 0.9;
-/// Largest lateral distance of a foot point from the line along the tool's direction, over the thickness.
-const FOOT_OFFSET_MAX_REL: f64 = 0.1;
 
 /// A blank holder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Holder {
     /// Index of the tool.
     pub tool: usize,
+    /// Indices of the stationary tools opposite.
+    pub dies: Vec<usize>,
+    /// Unit vector of its travel, towards the sheet.
+    pub direction: Vec3,
+    /// Whether its travel has a limit: it rests there when the sheet has left it.
+    pub has_stop: bool,
     /// Largest force over all stages, on the modelled part [N].
     pub force: f64,
     /// Whether a force drives the tool, by stage.
@@ -41,11 +43,23 @@ impl Holder {
     pub fn pressure(&self) -> f64 {
         self.force / self.clamped
     }
+
+    /// Whether the blank is between the holder and the tools opposite at the start.
+    #[must_use]
+    pub fn is_on_blank(&self) -> bool {
+        self.clamped >= HolderLostRecord::AREA_MIN_REL * self.blank
+    }
+
+    /// Whether a force drives the holder in a stage.
+    #[must_use]
+    pub fn is_forced(&self, stage: usize) -> bool {
+        self.forced.get(stage) == Some(&true)
+    }
 }
 
-/// The blank holders of a scene with placed tools. `kept`: reachable patches of each tool.
+/// The blank holders of a scene with placed tools.
 #[must_use]
-pub fn holders(setup: &SimulationSetup, kept: &[Vec<bool>]) -> Vec<Holder> {
+pub fn holders(setup: &SimulationSetup) -> Vec<Holder> {
     let at_rest = |tool: usize| {
         let rests = |m: &Motion| matches!(m, Motion::Hold | Motion::Release | Motion::Absent);
         setup.stages.iter().all(|stage| rests(&stage.motions[tool]))
@@ -53,13 +67,24 @@ pub fn holders(setup: &SimulationSetup, kept: &[Vec<bool>]) -> Vec<Holder> {
     let of = |tool: usize| {
         let force = largest_force(setup, tool).filter(|force| *force > 0.0)?;
         let dies: Vec<usize> = opposite_tools(setup, tool)
-            .filter(|&other| at_rest(other) && opposes(setup, other, tool, &kept[tool]))
+            .filter(|&other| at_rest(other) && opposes(setup, other, tool))
             .collect();
         (!dies.is_empty()).then(|| {
             let (clamped, blank) = clamped_area(setup, tool, &dies);
+            let ToolSetup { direction, stop, .. } = setup.tools[tool];
+            let has_stop = stop.is_some();
             let is_force_driven = |stage: &Stage| matches!(stage.motions[tool], Motion::Force(_));
             let forced = setup.stages.iter().map(is_force_driven).collect();
-            Holder { tool, force: force / setup.share, forced, clamped, blank }
+            Holder {
+                tool,
+                dies,
+                direction,
+                has_stop,
+                force: force / setup.share,
+                forced,
+                clamped,
+                blank,
+            }
         })
     };
     (0..setup.tools.len()).filter_map(of).collect()
@@ -77,32 +102,15 @@ fn largest_force(setup: &SimulationSetup, tool: usize) -> Option<f64> {
 /// Areas projected along the tool's direction [mm²]: of the blank between the tool's front and a face of `dies`, and of
 /// the whole blank.
 fn clamped_area(setup: &SimulationSetup, tool: usize, dies: &[usize]) -> (f64, f64) {
-    let mesh = setup.body.mesh();
-    let own = &setup.tools[tool];
-    let faces =
-        mesh.elements.iter().filter(|e| (e[0] as usize).is_multiple_of(mesh.nodes_per_column));
-    let (mut places, mut areas) = (Vec::new(), Vec::new());
-    for element in faces {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|k| mesh.nodes[element[k] as usize]);
-        places.push(0.25 * (a + b + c + d));
-        areas.push(0.5 * (c - a).cross(&(d - b)).dot(&own.direction).abs());
-    }
-    let near = FOOT_OFFSET_MAX_REL * mesh.mean_thickness();
-    let over = |other: &ToolSetup, sign: f64| -> Vec<bool> {
-        let points: Vec<Vec3> = places.iter().map(|x| x - other.offset).collect();
-        let feet = other.surface.closest_of_all(&points, &[]);
-        let faces = points.iter().zip(&feet).map(|(x, foot)| {
-            let away = x - foot.point;
-            let beside = (away - own.direction * away.dot(&own.direction)).norm();
-            beside < near && sign * foot.normal.dot(&own.direction) > CLAMP_COS_MIN
-        });
-        faces.collect()
+    let (mesh, direction) = (setup.body.mesh(), &setup.tools[tool].direction);
+    let placed = |tool: usize| {
+        let ToolSetup { surface, offset, .. } = &setup.tools[tool];
+        Placed { surface, shift: *offset }
     };
-    let front = over(own, 1.0);
-    let backs: Vec<Vec<bool>> = dies.iter().map(|&die| over(&setup.tools[die], -1.0)).collect();
-    let between = |k: usize| front[k] && backs.iter().any(|back| back[k]);
-    let clamped = (0..areas.len()).filter(|&k| between(k)).fold(0.0, |sum, k| sum + areas[k]);
-    (clamped, areas.iter().sum())
+    let faces = lower_faces(mesh, &mesh.nodes, direction);
+    let dies: Vec<Placed<'_>> = dies.iter().map(|&die| placed(die)).collect();
+    let between = area_between(&faces, direction, mesh.mean_thickness(), (&placed(tool), &dies));
+    (between, faces.iter().map(|(_, area)| area).sum())
 }
 
 /// A note on a pressure above those of drawing.
@@ -122,8 +130,8 @@ fn strong(holder: &Holder, name: &str) -> Finding {
 pub(super) fn findings(setup: &SimulationSetup, holders: &[Holder], out: &mut Vec<Finding>) {
     for holder in holders {
         let name = &setup.tools[holder.tool].name;
-        let ratio = holder.clamped / holder.blank;
-        if ratio < CLAMPED_AREA_MIN_REL {
+        if !holder.is_on_blank() {
+            let ratio = holder.clamped / holder.blank;
             out.push(
                 Finding::doubt(
                     DoubtCode::BlankTooSmall,
@@ -132,11 +140,11 @@ pub(super) fn findings(setup: &SimulationSetup, holders: &[Holder], out: &mut Ve
                         "The blank is hardly between {name} and the tool opposite: {:.1} of {:.1} mm2 ({:.0} % at least expected). It lies within their opening.",
                         holder.clamped,
                         holder.blank,
-                        100.0 * CLAMPED_AREA_MIN_REL
+                        100.0 * HolderLostRecord::AREA_MIN_REL
                     ),
                     "Check the size of the blank, its place and its symmetry planes.".into(),
                 )
-                .exceeds([ratio, CLAMPED_AREA_MIN_REL]),
+                .exceeds([ratio, HolderLostRecord::AREA_MIN_REL]),
             );
         } else if holder.pressure() < HOLDER_PRESSURE_MIN_MPA {
             out.push(

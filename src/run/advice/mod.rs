@@ -73,10 +73,10 @@ fn doubts_at(
     out.extend(setup.tools.iter().filter_map(patches::without_area));
     out.extend(idle(setup));
     let part = symmetry::modelled_region(plan, setup);
-    holder::findings(setup, &holder::holders(setup, kept), &mut out);
+    holder::findings(setup, &holder::holders(setup), &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {
         let opposite = Opposite::new(setup, k, &kept[k], sizes);
-        let clamping = Clamping::new(setup, k, &kept[k], &opposite);
+        let clamping = Clamping::new(setup, k, &opposite);
         out.extend(radii::inverting(tool, &kept[k], (&part, &clamping), sizes));
     }
     out
@@ -112,7 +112,7 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, ratio: f64, cost: &Cost) -> 
     elements::findings(plan, setup, (sizes.mean, sharpest), cost, &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {
         let opposite = Opposite::new(setup, k, &kept[k], &sizes);
-        let clamping = Clamping::new(setup, k, &kept[k], &opposite);
+        let clamping = Clamping::new(setup, k, &opposite);
         patches::findings(tool, &kept[k], plan.tools[k].reachable_only, &sizes, &mut out);
         out.extend(radii::coarse(tool, &kept[k], (&part, &clamping), (&sizes, cost)));
         // Unreachable tools have a note already.

@@ -64,9 +64,9 @@ pub struct RunFolder {
     scene_doubts: Vec<Doubt>,
     /// Largest travel of each blank holder while a force drives it [mm].
     farthest: Vec<Option<f64>>,
-    /// Blank holders: index of the tool, and the stages in which a force drives it.
+    /// Blank holders of the scene.
     #[serde(skip)]
-    holders: Vec<(usize, Vec<bool>)>,
+    holders: Vec<Holder>,
     /// State of the necking check.
     #[serde(default)]
     necking: Necking,
@@ -195,6 +195,7 @@ impl RunFolder {
         let formed = Formed::of(report.body, now);
         let positions = fields::positions(mesh, now);
         self.record_pressures(report, &positions);
+        self.record_holder_lost(report, &positions);
         self.record_sheet(report, &formed, &positions);
         let strains = of_sheet(mesh, now);
         if !report.free {
@@ -234,7 +235,7 @@ impl RunFolder {
 
     /// Sets the blank holders of the scene.
     pub fn set_holders(&mut self, holders: &[Holder]) {
-        self.holders = holders.iter().map(|h| (h.tool, h.forced.clone())).collect();
+        self.holders = holders.to_vec();
     }
 
     /// Sets the forming limit diagram of the blank.

@@ -1,11 +1,13 @@
 //! Updates of `run.json` and `iterations.csv` after a converged increment.
 
 use super::RunFolder;
+use crate::advice::holder::Holder;
 use crate::contact_pressure::{ToolPressure, of_tools};
+use crate::holding::{Placed, area_between, lower_faces};
 use crate::resources::{Clock, peak_megabytes};
 use kanagata_geometry::Vec3;
 use kanagata_report::record::{
-    HolderLiftRecord, HolderPressureRecord, IterationRow, PressurePeakRecord,
+    HolderLiftRecord, HolderLostRecord, HolderPressureRecord, IterationRow, PressurePeakRecord,
     UnaccountedEnergyRecord,
 };
 use kanagata_solver::{IncrementReport, IterationRecord, convergence_order};
@@ -13,13 +15,14 @@ use kanagata_solver::{IncrementReport, IterationRecord, convergence_order};
 impl RunFolder {
     /// Records the lift of blank holders: travel back from the farthest position under force control.
     pub(super) fn record_holder_lift(&mut self, report: &IncrementReport<'_>) {
-        for (tool, forced) in &self.holders {
-            let Some(farthest) = self.farthest.get_mut(*tool) else { continue };
-            if !forced.get(report.stage).copied().unwrap_or(false) {
+        for holder in &self.holders {
+            let Some(farthest) = self.farthest.get_mut(holder.tool) else { continue };
+            if !holder.is_forced(report.stage) {
                 *farthest = None;
                 continue;
             }
-            let (name, travel) = (&report.tools[*tool].name, report.tools[*tool].travel);
+            let (name, travel) =
+                (&report.tools[holder.tool].name, report.tools[holder.tool].travel);
             let position = farthest.map_or(travel, |position: f64| position.max(travel));
             *farthest = Some(position);
             let lift_mm = position - travel;
@@ -30,15 +33,43 @@ impl RunFolder {
         }
     }
 
+    /// Records the first increment after which the sheet, with its nodes at `positions` [mm], is no longer between a
+    /// holder under force and the tools opposite.
+    pub(super) fn record_holder_lost(&mut self, report: &IncrementReport<'_>, positions: &[Vec3]) {
+        let watched = |holder: &&Holder| {
+            holder.is_forced(report.stage) && !holder.has_stop && holder.is_on_blank()
+        };
+        if self.record.holder_lost.is_some() || report.increment == 0 {
+            return;
+        }
+        let placed = |tool: usize| Placed {
+            surface: &self.surfaces[tool],
+            shift: report.tools[tool].shift.into(),
+        };
+        let mesh = report.body.mesh();
+        self.record.holder_lost = self.holders.iter().filter(watched).find_map(|holder| {
+            let faces = lower_faces(mesh, positions, &holder.direction);
+            let dies: Vec<Placed<'_>> = holder.dies.iter().map(|&die| placed(die)).collect();
+            let pair = (&placed(holder.tool), &dies[..]);
+            let area_mm2 = area_between(&faces, &holder.direction, mesh.mean_thickness(), pair);
+            (area_mm2 < HolderLostRecord::AREA_MIN_REL * holder.blank).then(|| HolderLostRecord {
+                tool: report.tools[holder.tool].name.clone(),
+                increment: report.increment,
+                area_mm2,
+                area_rel: area_mm2 / holder.blank,
+            })
+        });
+    }
+
     /// Records the contact pressure of blank holders that a force drives, with the nodes at `positions` [mm].
     pub(super) fn record_pressures(&mut self, report: &IncrementReport<'_>, positions: &[Vec3]) {
-        let pressed = |(_, forced): &&(usize, Vec<bool>)| forced.get(report.stage) == Some(&true);
+        let pressed = |holder: &&Holder| holder.is_forced(report.stage);
         if !self.holders.iter().any(|holder| pressed(&holder)) {
             return;
         }
         let mesh = report.body.mesh();
         let found = of_tools(mesh, positions, report.node_contacts, report.tools.len());
-        for (tool, _) in self.holders.iter().filter(pressed) {
+        for Holder { tool, .. } in self.holders.iter().filter(pressed) {
             let Some(pressure) = found.get(*tool).copied().flatten() else { continue };
             let name = &report.tools[*tool].name;
             let at = positions[pressure.node].into();

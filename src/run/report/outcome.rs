@@ -2,6 +2,7 @@
 
 use super::border::{Drawn, side_name};
 use super::clamping::waves;
+use super::section;
 use crate::draw_in::{Border, SidePoint};
 use kanagata_report::page::{Outcome, Page};
 use kanagata_report::record::{FormabilityRecord, History, RunRecord, Verdict};
@@ -69,10 +70,16 @@ pub(super) fn answers(page: &mut Page, record: &RunRecord, history: &History, dr
         }
         ("springback".to_owned(), text)
     }));
+    rows.extend(section::answers(&record.sections));
     rows.extend(record.holder_pressure.iter().map(|holder| {
         let text = format!(
-            "{:.2} MPa in the mean, up to {:.2} MPa; {:.2} MPa at most, in increment {}",
-            holder.mean_mpa, holder.max_mpa, holder.peak.max_mpa, holder.peak.increment
+            "{:.2} MPa in the mean of the {:.0} mm2 in contact in increment {}, the last one pressed; up to {:.2} MPa at a node then, {:.2} MPa in increment {}",
+            holder.mean_mpa,
+            holder.area_mm2,
+            holder.increment,
+            holder.max_mpa,
+            holder.peak.max_mpa,
+            holder.peak.increment
         );
         (format!("pressure under {}", holder.tool), text)
     }));

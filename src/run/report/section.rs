@@ -19,7 +19,7 @@ pub(super) fn sections(page: &mut Page, sections: &[SectionRecord]) {
         picture(page, section);
     }
     let rows: Vec<Vec<String>> =
-        sections.iter().flat_map(|s| s.walls.iter().map(|wall| row(s, wall))).collect();
+        sections.iter().flat_map(|s| s.walls.iter().map(|wall| row(s, wall).into())).collect();
     if !rows.is_empty() {
         let head = [
             "section",
@@ -35,6 +35,25 @@ pub(super) fn sections(page: &mut Page, sections: &[SectionRecord]) {
 /// Name of a section.
 fn name(section: &SectionRecord) -> String {
     format!("{} = {} mm", ["x", "y"][section.normal], section.at_mm)
+}
+
+/// Rows of the table of answers: angles and curl of every wall.
+pub(super) fn answers(sections: &[SectionRecord]) -> Vec<(String, String)> {
+    let answer = |section: &SectionRecord, wall: &WallRecord| {
+        let [of, arc, corner, flange, curl] = row(section, wall);
+        let curl = match wall.curl_radius_mm {
+            Some(_) => format!("curl radius {curl} mm"),
+            None => curl,
+        };
+        let flange = match wall.flange_deg {
+            Some(_) => format!("wall to flange {flange}"),
+            None => flange,
+        };
+        let text = format!("bottom to wall {corner}; {flange}; {curl}");
+        (format!("wall at {arc} mm of section {of}"), text)
+    };
+    let walls = sections.iter().flat_map(|s| s.walls.iter().map(move |wall| (s, wall)));
+    walls.map(|(section, wall)| answer(section, wall)).collect()
 }
 
 fn picture(page: &mut Page, section: &SectionRecord) {
@@ -54,13 +73,13 @@ fn picture(page: &mut Page, section: &SectionRecord) {
     page.plot(&plot, 420);
 }
 
-fn row(section: &SectionRecord, wall: &WallRecord) -> Vec<String> {
+fn row(section: &SectionRecord, wall: &WallRecord) -> [String; 5] {
     let both = |held: Option<f64>, released: Option<f64>| match (held, released) {
         (Some(a), Some(b)) => format!("{a:.2} to {b:.2} degrees ({:+.2})", b - a),
         (Some(a), None) => format!("{a:.2} degrees"),
         (None, _) => "no flange".into(),
     };
-    vec![
+    [
         name(section),
         format!("{:.2} to {:.2}", wall.arc_mm[0], wall.arc_mm[1]),
         both(Some(wall.wall_deg), wall.released_wall_deg),
@@ -92,6 +111,10 @@ mod tests {
             walls: vec![wall, WallRecord { flange_deg: None, curl_radius_mm: None, ..wall }],
         };
         let mut page = Page::new("a");
+        let found = answers(std::slice::from_ref(&section));
+        assert_eq!(found[0].0, "wall at 30.00 to 60.00 mm of section y = 0.5 mm");
+        assert!(found[0].1.ends_with("90.00 to 95.00 degrees (+5.00); curl radius 150.0 mm"));
+        assert!(found[1].1.ends_with("(+11.50); no flange; straight"), "{}", found[1].1);
         sections(&mut page, &[section]);
         let text = page.html();
         for expected in [

@@ -223,6 +223,9 @@ fn print(layout: &Layout, scene: &Path) {
     for line in layout.summary() {
         out!("  {line}");
     }
+    if let Some(text) = layout.size_warning() {
+        err!("warning: {text}");
+    }
     for name in layout.idle() {
         err!(
             "note: {name} has no drive and stands where it touches the sheet; give it one in the stages"

@@ -12,6 +12,10 @@ use kanagata_scene::types::ToolCad;
 /// Pressure of the holder on the blank outside the punch [MPa]: usual for mild steel; aluminium takes half of it.
 const HOLDER_PRESSURE_MPA: f64 = 2.0;
 
+/// Ratio of the largest to the smallest tool in plan above which one of them is probably in another unit: wrong units are
+/// factors of 10 and more, and a punch is rarely smaller than a third of its die.
+const TOOL_SIZE_RATIO_MAX: f64 = 5.0;
+
 /// A tool and its place in the process.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct PlacedTool {
@@ -86,6 +90,21 @@ impl Layout {
         };
         let blank = format!("blank: {part}{of}{outline}, {} mm thick", self.thickness);
         self.tools.iter().map(tool).chain([blank]).collect()
+    }
+
+    /// A pair of tools whose sizes in plan differ as those of different units do.
+    #[must_use]
+    pub fn size_warning(&self) -> Option<String> {
+        let length = |[x, y, _]: [f64; 3]| x.max(y);
+        let sizes = || self.tools.iter().filter_map(|t| Some((t.name.as_str(), length(t.size?))));
+        let smallest = sizes().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let largest = sizes().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (largest.1 > TOOL_SIZE_RATIO_MAX * smallest.1).then(|| {
+            format!(
+                "{} is {:.1} mm across and {} is {:.1} mm, {:.1} times as much: check the units of their files",
+                smallest.0, smallest.1, largest.0, largest.1, largest.1 / smallest.1
+            )
+        })
     }
 
     /// Names of the tools without a drive, besides the die.

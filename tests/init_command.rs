@@ -81,6 +81,25 @@ fn a_strip_lies_where_all_tools_are_and_its_holder_presses_on_its_flange() {
     make_and_check(folder.path(), &printed);
 }
 
+/// A punch whose file is in decimetres by mistake is 100 times as long.
+#[test]
+fn tools_of_different_units_are_named_with_their_sizes() {
+    let folder = tempfile::tempdir().unwrap();
+    let [die, holder, punch] = tools_of("u-channel");
+    let original = fs::read_to_string(punch).unwrap();
+    let small = folder.path().join("punch.stp");
+    let warned = |unit: &str| {
+        fs::write(&small, original.replace("SI_UNIT(.MILLI.,.METRE.)", unit)).unwrap();
+        let tools = ["--tools", &die, &holder, small.to_str().unwrap()];
+        let args = [&["init", "--overwrite", "--kind", "u-draw", "-o", "s.scene.json"], &tools[..]];
+        text(&call("kanagata", folder.path(), &args.concat()).stderr)
+    };
+    let decimetres = warned("SI_UNIT(.DECI.,.METRE.)");
+    assert!(decimetres.contains("warning: die is 260.0 mm across"), "{decimetres}");
+    assert!(decimetres.contains("check the units of their files"), "{decimetres}");
+    assert!(!warned("SI_UNIT(.MILLI.,.METRE.)").contains("warning"));
+}
+
 /// The pan closes after 30 mm; `--set` of a smaller blank reaches fewer faces of the die.
 #[test]
 fn the_travel_closes_the_tools_and_tools_are_those_of_the_values_that_are_set() {
@@ -95,13 +114,17 @@ fn the_travel_closes_the_tools_and_tools_are_those_of_the_values_that_are_set() 
     let path = folder.path().join("part/part.scene.json");
     let made = |set: &[SetValue]| {
         let made = make_tools_watched(&path, set, &mut |_| (), &Progress::default()).unwrap();
-        (made[0].is_new, made[0].tool.patches())
+        (made[0].is_new, made[0].tool.patches(), made[0].file.clone())
     };
-    let (_, whole) = made(&[]);
-    let smaller = SetValue::new("blank.shape.rectangle.size_mm", "[90, 65]").unwrap();
-    let (is_new, part) = made(&[smaller]);
+    let (_, whole, own) = made(&[]);
+    assert_eq!(own, "die.tool.json");
+    let smaller = [SetValue::new("blank.shape.rectangle.size_mm", "[90, 65]").unwrap()];
+    let (is_new, part, file) = made(&smaller);
     assert!(is_new && part < whole, "{part} of {whole}");
-    assert_eq!(made(&[]), (true, whole));
+    assert!(file.starts_with("die-") && file != own, "{file}");
+    // Neither overwrites the other.
+    assert_eq!(made(&[]), (false, whole, own));
+    assert_eq!(made(&smaller), (false, part, file));
 }
 
 /// Die, binder and punch of a square cup of 100 x 100 mm in one STEP file, drawn by 25 mm in the guide. The die has a

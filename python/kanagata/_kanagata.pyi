@@ -198,7 +198,7 @@ class RunRecord:
     def metrics(self) -> str: ...
     def steps(self) -> list[tuple[float, str]]: ...
 
-def make_tools(path: str | os.PathLike[str]) -> list[tuple[str, Tool, bool]]:
+def make_tools(path: str | os.PathLike[str], set: list[str] = ...) -> list[tuple[str, Tool, bool, str]]:
     """Makes the tool files of a scene whose tools have ``cad``."""
 
 def materials() -> list[str]:

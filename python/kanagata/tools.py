@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,11 +56,17 @@ class MadeTool(NamedTuple):
     """The tool."""
     is_new: bool
     """The file was made; otherwise it was there, made from the same CAD in the same way."""
+    file: str
+    """Tool file, relative to the scene."""
 
 
-def make_tools(scene: str | os.PathLike[str]) -> list[MadeTool]:
-    """Makes the tool files of a scene whose tools have ``cad``, of the faces that the sheet can touch."""
-    return [MadeTool(*made) for made in _kanagata.make_tools(scene)]
+def make_tools(scene: str | os.PathLike[str], set: Sequence[str] = ()) -> list[MadeTool]:
+    """Makes the tool files of a scene whose tools have ``cad``, of the faces that the sheet can touch.
+
+    ``set`` gives other values, each ``"PATH=VALUE"`` as ``Scene(path, set)`` has them. Tools that are not those of the
+    scene's file then get files of their own; ``f"tools.{m.name}.file={m.file}"`` names them to ``Scene``.
+    """
+    return [MadeTool(*made) for made in _kanagata.make_tools(scene, list(set))]
 
 
 def audit(

@@ -14,14 +14,17 @@ use crate::errors::{InputError, KanagataError, raised};
 use crate::run::RunRecord;
 use crate::tool::Tool;
 
-/// Name of a tool, the tool, and whether its file was made.
-type MadeTool = (String, Tool, bool);
+/// Name of a tool, the tool, whether its file was made, and the file.
+type MadeTool = (String, Tool, bool, String);
 
 /// Makes the tool files of a scene whose tools have `cad`.
 #[pyfunction]
-pub fn make_tools(py: Python<'_>, path: PathBuf) -> PyResult<Vec<MadeTool>> {
-    let made = py.detach(|| kanagata::prelude::make_tools(path, &mut |_| ())).map_err(raised)?;
-    Ok(made.into_iter().map(|m| (m.name, Tool { inner: m.tool }, m.is_new)).collect())
+#[pyo3(signature = (path, set = Vec::new()))]
+pub fn make_tools(py: Python<'_>, path: PathBuf, set: Vec<String>) -> PyResult<Vec<MadeTool>> {
+    let set: Vec<&str> = set.iter().map(String::as_str).collect();
+    let make = || kanagata::prelude::make_tools_with(path, &set, &mut |_| ());
+    let made = py.detach(make).map_err(raised)?;
+    Ok(made.into_iter().map(|m| (m.name, Tool { inner: m.tool }, m.is_new, m.file)).collect())
 }
 
 /// A scene file with its tools and material, ready to run.

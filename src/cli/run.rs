@@ -27,7 +27,7 @@ use crate::solver::SimulationError;
 use crate::study::metrics;
 
 /// Arguments of `run`.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(after_help = format!("Example:\n  kanagata-solve run fixtures/dome/dome.scene.json -o out/dome\n\n\
     `kanagata-solve status DIR` says how it stands. A run of the same inputs that is done is not\n\
     repeated; one that was stopped is continued (--restart) or discarded (--overwrite). Other results in DIR are replaced.\n\
@@ -95,6 +95,11 @@ impl RunArgs {
     /// Values of the scene that are set.
     pub(super) fn set(&self) -> &[SetValue] {
         &self.set
+    }
+
+    /// The same with these values set.
+    pub(super) fn with(&self, set: Vec<SetValue>) -> Self {
+        Self { set, ..self.clone() }
     }
 
     /// The folder for the results.

@@ -8,6 +8,7 @@ use super::run;
 use super::stages::{progress, show_unless};
 use super::terminal::{err, out};
 use crate::prelude::{Error, ErrorKind, MadeTool, make_tools_watched};
+use crate::scene::set_value::SetValue;
 
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]
@@ -38,13 +39,15 @@ impl From<Error> for Failure {
 pub fn run(args: &RunSceneArgs) -> Result<Exit, Failure> {
     let args = &args.run;
     args.forget_metrics()?;
-    let of_tools = prepared(args).inspect_err(|failure| note_results(args.output(), failure))?;
-    let of_run = run::run(args)?;
+    let (of_tools, set) =
+        prepared(args).inspect_err(|failure| note_results(args.output(), failure))?;
+    let of_run = run::run(&args.with(set))?;
     Ok(if of_run == Exit::Done { of_tools } else { of_run })
 }
 
-/// Makes the tools and checks the scene. Returns the exit code for doubts about the tools.
-fn prepared(args: &run::RunArgs) -> Result<Exit, Failure> {
+/// Makes the tools and checks the scene. Returns the exit code for doubts about the tools, and all values to set: those
+/// given, and the files of tools that are made for them.
+fn prepared(args: &run::RunArgs) -> Result<(Exit, Vec<SetValue>), Failure> {
     let note = &mut |name: &str| {
         if !args.is_quiet() {
             err!("note: {name} is made from its CAD");
@@ -65,10 +68,20 @@ fn prepared(args: &run::RunArgs) -> Result<Exit, Failure> {
     }
     print_doubts(&doubts, args.accepts_doubts());
     let of_tools = Exit::of_doubts(&doubts, args.accepts_doubts());
-    if !args.is_quiet() {
-        check::print(args.scene(), args.set())?;
+    let mut set = args.set().to_vec();
+    for tool in made.iter().filter(|_| !args.set().is_empty()) {
+        set.push(file_of(tool).map_err(Failure::input)?);
     }
-    Ok(of_tools)
+    if !args.is_quiet() {
+        check::print(args.scene(), &set)?;
+    }
+    Ok((of_tools, set))
+}
+
+/// The value that names the file of a tool.
+fn file_of(made: &MadeTool) -> Result<SetValue, String> {
+    let file = serde_json::Value::String(made.file.clone());
+    SetValue::new(&format!("tools.{}.file", made.name), &file.to_string())
 }
 
 fn print(made: &MadeTool) {

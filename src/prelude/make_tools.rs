@@ -6,8 +6,10 @@ use super::cad::Cad;
 use super::convert::ConvertSettings;
 use super::error::{Error, ErrorKind};
 use super::make::converted;
+use super::scene::values_set;
 use super::tool::Tool;
 use crate::convert::offset::{OffsetRequest, SheetReference};
+use crate::files::sha256_hex;
 use crate::progress::Progress;
 use crate::reach::Zone;
 use crate::scene::set_value::SetValue;
@@ -19,6 +21,8 @@ use crate::tool::file::Provenance;
 pub struct MadeTool {
     /// Name in the scene.
     pub name: String,
+    /// Tool file, relative to the scene: that of the scene or, for other values of it, one of its own.
+    pub file: String,
     /// The tool.
     pub tool: Tool,
     /// Whether the file was made; false: it was there already, made from the same CAD in the same way.
@@ -41,7 +45,22 @@ pub fn make_tools(
     make_tools_watched(scene, &[], note, &Progress::default())
 }
 
-/// As [`make_tools`] of the scene with the values `set`, with the progress of every conversion reported.
+/// As [`make_tools`] of the scene with the values `set`, each `PATH=VALUE` as for `kanagata run --set`. With values, a tool
+/// that is not that of the scene's file gets a file of its own beside it: [`MadeTool::file`].
+///
+/// # Errors
+/// As [`make_tools`], and a path or value that the scene does not have.
+pub fn make_tools_with(
+    scene: impl AsRef<Path>,
+    set: &[&str],
+    note: &mut dyn FnMut(&str),
+) -> Result<Vec<MadeTool>, Error> {
+    make_tools_watched(scene, &values_set(set)?, note, &Progress::default())
+}
+
+/// As [`make_tools`] of the scene with the values `set`, with the progress of every conversion reported. With values, a tool
+/// that is not that of the scene's file gets a file of its own beside it, with a digest of its origin in the name: variants
+/// of a scene do not overwrite each other's tools.
 ///
 /// # Errors
 /// As [`make_tools`].
@@ -64,24 +83,43 @@ pub fn make_tools_watched(
         let zone = Zone::of_scene(&scene, folder, &tool.file, &tool.name)?;
         let source = cad.source(&settings, Some((&zone, &scene_name)))?;
         let provenance = cad.provenance(&settings, &source);
-        let file = folder.join(&tool.file);
-        let is_within =
-            |tool: &Tool| tool.shape_error_mm().is_some_and(|error| error <= given.tol_mm);
-        let earlier = Tool::read(&file).ok().filter(is_within);
-        let earlier = earlier.filter(|tool| is_same(tool.provenance(), &provenance));
+        let earlier = |file: &str| {
+            let is_within = |error: f64| error <= given.tol_mm;
+            Tool::read(folder.join(file))
+                .ok()
+                .filter(|tool| tool.shape_error_mm().is_some_and(is_within))
+                .filter(|tool| is_same(tool.provenance(), &provenance))
+        };
+        let (file, earlier) = match earlier(&tool.file) {
+            None if !set.is_empty() => {
+                let variant = variant_file(&tool.file, &provenance);
+                let found = earlier(&variant);
+                (variant, found)
+            }
+            found => (tool.file.clone(), found),
+        };
         let is_new = earlier.is_none();
         let result = match earlier {
             Some(tool) => tool.with_doubts(source.doubts()),
             None => {
                 note(&tool.name);
                 let new = converted(&source, &settings, provenance).map_err(|e| cad.named(e))?;
-                new.write(&file)?;
+                new.write(folder.join(&file))?;
                 new
             }
         };
-        made.push(MadeTool { name: tool.name.clone(), tool: result, is_new });
+        made.push(MadeTool { name: tool.name.clone(), file, tool: result, is_new });
     }
     Ok(made)
+}
+
+/// File of a tool of other values than the scene's: `die.tool.json` becomes `die-1a2b3c4d.tool.json`.
+fn variant_file(file: &str, provenance: &Provenance) -> String {
+    let origin = serde_json::to_vec(provenance).unwrap_or_default();
+    let digest = &sha256_hex(&origin)[..8];
+    let stem = file.strip_suffix(".json").unwrap_or(file);
+    let stem = stem.strip_suffix(".tool").unwrap_or(stem);
+    format!("{stem}-{digest}.tool.json")
 }
 
 /// Whether a file was made in the same way; its shape error is a result.

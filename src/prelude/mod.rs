@@ -40,7 +40,7 @@ mod tool;
 pub use self::cad::Cad;
 pub use self::convert::ConvertSettings;
 pub use self::error::{Error, ErrorKind};
-pub use self::make_tools::{MadeTool, make_tools, make_tools_watched};
+pub use self::make_tools::{MadeTool, make_tools, make_tools_watched, make_tools_with};
 pub use self::material::Material;
 pub use self::run::{Run, RunProgress};
 pub use self::scene::{Check, Scene};

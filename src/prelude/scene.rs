@@ -147,6 +147,6 @@ impl Scene {
 }
 
 /// Parses values that are set.
-fn values_set(set: &[&str]) -> Result<Vec<SetValue>, Error> {
+pub(super) fn values_set(set: &[&str]) -> Result<Vec<SetValue>, Error> {
     set.iter().map(|text| text.parse()).collect::<Result<_, _>>().map_err(Error::input)
 }

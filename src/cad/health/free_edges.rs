@@ -3,11 +3,12 @@
 use rayon::prelude::*;
 
 use super::{
-    FreeEdge, GAP_MAX_REL, GAP_PROJECTIONS_MIN, GAP_PROJECTIONS_TOTAL, GAP_SAMPLES, samples,
+    FreeEdge, GAP_MAX_REL, GAP_PROJECTIONS_MIN, GAP_PROJECTIONS_TOTAL, GAP_SAMPLES,
+    OPEN_JOINT_MAX_REL, samples,
 };
 use crate::Model;
 use kanagata_geometry::box_tree::BoxTree;
-use kanagata_geometry::nurbs::CurveProjector;
+use kanagata_geometry::nurbs::{Curve3, CurveProjector};
 use kanagata_geometry::{Aabb, Vec3};
 
 /// Search structure for the gaps between free edges.
@@ -21,6 +22,8 @@ struct Gaps {
     limit: f64,
     /// Maximum number of point projections per edge.
     budget: usize,
+    /// Face of each edge.
+    faces: Vec<usize>,
 }
 
 impl Model {
@@ -30,19 +33,50 @@ impl Model {
             (0..self.edges.len()).filter(|&k| self.edges[k].uses.len() == 1).collect();
         let gaps = Gaps::between(self, &free);
         let one = |k: usize| {
-            let (gap_mm, gap_measured) = gaps.largest(k);
+            let (gap_mm, gap_measured) = gaps.largest(k, |other| other == k);
+            let length_mm = self.edges[free[k]].curve.length();
+            let is_beside = |gap: &f64| *gap <= OPEN_JOINT_MAX_REL * length_mm;
+            let own_face = |other: usize| gaps.faces[other] == gaps.faces[k];
+            let near = gap_mm.filter(is_beside).and_then(|_| gaps.largest(k, own_face).0);
             FreeEdge {
                 edge: free[k],
-                face: self.edges[free[k]].uses[0][0],
-                length_mm: self.edges[free[k]].curve.length(),
+                face: gaps.faces[k],
+                length_mm,
                 gap_mm,
                 gap_measured,
+                open_joint_mm: near.filter(is_beside),
             }
         };
         let mut out: Vec<FreeEdge> = (0..free.len()).into_par_iter().map(one).collect();
         out.sort_by(|a, b| b.length_mm.total_cmp(&a.length_mm));
         out
     }
+
+    /// A sentence on the free edges that run beside those of other faces; `None` without any.
+    #[must_use]
+    pub fn open_joints(&self) -> Option<String> {
+        let free = self.free_edges();
+        let open: Vec<(f64, &FreeEdge)> =
+            free.iter().filter_map(|edge| Some((edge.open_joint_mm?, edge))).collect();
+        let (gap, widest) = *open.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let at = self.edges[widest.edge].curve.point(middle(&self.edges[widest.edge].curve));
+        Some(format!(
+            "{} free edges run beside edges of other faces, up to {gap:.3e} mm away (edge of {} at ({:.3}, {:.3}, {:.3}) mm): they are not \
+             joined within {:.1e} mm, and a tool is open there",
+            open.len(),
+            self.faces[widest.face].source,
+            at.x,
+            at.y,
+            at.z,
+            self.join_tolerance
+        ))
+    }
+}
+
+/// Parameter in the middle of a curve.
+fn middle(curve: &Curve3) -> f64 {
+    let [a, b] = curve.domain();
+    0.5 * (a + b)
 }
 
 impl Gaps {
@@ -57,19 +91,20 @@ impl Gaps {
         let hull = |k: &usize| Aabb::of_points(model.edges[*k].curve.points());
         let tree = BoxTree::build(&free.iter().map(hull).collect::<Vec<_>>());
         let budget = GAP_PROJECTIONS_MIN.max(GAP_PROJECTIONS_TOTAL / free.len().max(1));
-        Self { points, curves, tree, limit, budget }
+        let faces = free.iter().map(|&k| model.edges[k].uses[0][0]).collect();
+        Self { points, curves, tree, limit, budget, faces }
     }
 
-    /// Largest distance [mm] of the edge `own` from the other free edges, `None` beyond the limit. The flag is false
-    /// when the projection budget was exhausted.
-    fn largest(&self, own: usize) -> (Option<f64>, bool) {
+    /// Largest distance [mm] of the edge `own` from the other free edges without those to `skip`, `None` beyond the
+    /// limit. The flag is false when the projection budget was exhausted.
+    fn largest(&self, own: usize, skip: impl Fn(usize) -> bool) -> (Option<f64>, bool) {
         let Self { limit, budget, .. } = *self;
         let (mut worst, mut left) = (0.0_f64, budget);
         for p in &self.points[own][1..GAP_SAMPLES - 1] {
             // Distances beyond the largest gap are not searched.
             let start = (limit * limit).next_up();
             let found = self.tree.nearest(p, start, |k, best| {
-                if k as usize == own || left == 0 || best == 0.0 {
+                if skip(k as usize) || left == 0 || best == 0.0 {
                     return best;
                 }
                 left -= 1;

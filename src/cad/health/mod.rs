@@ -18,6 +18,9 @@ use kanagata_geometry::{Aabb, Vec3};
 const GAP_SAMPLES: usize = 17;
 /// Largest gap between free edges relative to the diagonal of the model. Edges farther apart have no gap.
 const GAP_MAX_REL: f64 = 1e-2;
+/// Largest distance of a free edge from those of other faces, over its length, at which both are sides of one joint.
+/// Doubled: slots as wide as a tenth of their length count as open joints.
+const OPEN_JOINT_MAX_REL: f64 = 0.05;
 /// Point projections allowed for the gaps of all free edges, and at least per edge; some tens are needed where few
 /// edges are close. Doubled: twice the longest time of `--health`, about half a second.
 const GAP_PROJECTIONS_TOTAL: usize = 400_000;
@@ -76,6 +79,9 @@ pub struct FreeEdge {
     pub gap_mm: Option<f64>,
     /// False when the projection budget was exhausted by many close free edges.
     pub gap_measured: bool,
+    /// Largest distance of its points from the nearest free edge of another face [mm], where it is at most a twentieth
+    /// of the length: both faces end here and are not joined.
+    pub open_joint_mm: Option<f64>,
 }
 
 /// Faces connected across edges.

@@ -65,6 +65,11 @@ fn a_face_twice_there_and_a_gap_are_found() {
     let free = open.health().free_edges;
     let gaps: Vec<f64> = free.iter().filter_map(|e| e.gap_mm).collect();
     assert!(gaps.iter().any(|g| (g - 0.01).abs() < 1e-6), "{gaps:?}");
+    let said = open.open_joints().unwrap();
+    assert!(said.contains("up to 1.000e-2 mm away"), "{said}");
+    assert_eq!(open.health().free_edges, free);
+    assert!(open.health().verdict().contains(" beside other faces, up to 1.00e-2 mm away)"));
+    assert!(whole.open_joints().is_none());
 }
 
 /// A strip between x = 0 and 100, 10 mm wide, folded `count` times.
@@ -148,4 +153,36 @@ fn equal_faces_are_compared_with_so_many_others_only() {
     row.truncate(100);
     row.push(fact(4));
     assert_eq!(duplicate_faces(&row, 0.1), (vec![[4, 100]], true));
+}
+
+/// Two plates of 10 by 10 mm with this distance between them.
+fn plates(apart: f64) -> Model {
+    let plate = |from: f64| {
+        let points = [[from, 0.0], [from, 10.0], [from + 10.0, 0.0], [from + 10.0, 10.0]];
+        let points = points.map(|[x, y]| Vec3::new(x, y, 0.0)).to_vec();
+        let knots = || vec![0.0, 0.0, 1.0, 1.0];
+        whole(Surface::try_new([1, 1], [knots(), knots()], points, None).unwrap())
+    };
+    let (mut both, other) = (plate(0.0), plate(10.0 + apart));
+    let shift = both.edges.len();
+    for mut edge in other.edges {
+        edge.uses.iter_mut().for_each(|used| used[0] += 1);
+        both.edges.push(edge);
+    }
+    for mut face in other.faces {
+        let uses = face.loops.iter_mut().flat_map(|l| &mut l.uses);
+        uses.for_each(|used| used.edge = used.edge.map(|edge| edge + shift));
+        both.faces.push(face);
+    }
+    both
+}
+
+/// The sides between the plates are open joints; the other six free edges, and sides a millimetre apart, are not.
+#[test]
+fn faces_that_end_beside_each_other_are_open_joints() {
+    let near = plates(0.04).health();
+    let open: Vec<f64> = near.free_edges.iter().filter_map(|e| e.open_joint_mm).collect();
+    assert!(near.free_edges.len() == 8 && open.len() == 2, "{near:?}");
+    assert!(open.iter().all(|gap| (gap - 0.04).abs() < 1e-9), "{open:?}");
+    assert!(plates(1.0).open_joints().is_none());
 }

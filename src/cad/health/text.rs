@@ -10,7 +10,13 @@ impl Health {
     /// The verdict in one line, with the number of defects of each kind.
     #[must_use]
     pub fn verdict(&self) -> String {
-        let free = format!("free edges ({:.4} mm)", self.free_edge_length_mm);
+        let open: Vec<f64> = self.free_edges.iter().filter_map(|e| e.open_joint_mm).collect();
+        let widest = open.iter().copied().fold(0.0, f64::max);
+        let joints = match open.len() {
+            0 => String::new(),
+            count => format!("; {count} beside other faces, up to {widest:.2e} mm away"),
+        };
+        let free = format!("free edges ({:.4} mm{joints})", self.free_edge_length_mm);
         let inverted = self.parts.iter().filter(|p| p.inverted).count();
         let defects = [
             (self.lost_faces.len(), "lost faces"),

@@ -83,21 +83,8 @@ pub fn make_tools_watched(
         let zone = Zone::of_scene(&scene, folder, &tool.file, &tool.name)?;
         let source = cad.source(&settings, Some((&zone, &scene_name)))?;
         let provenance = cad.provenance(&settings, &source);
-        let earlier = |file: &str| {
-            let is_within = |error: f64| error <= given.tol_mm;
-            Tool::read(folder.join(file))
-                .ok()
-                .filter(|tool| tool.shape_error_mm().is_some_and(is_within))
-                .filter(|tool| is_same(tool.provenance(), &provenance))
-        };
-        let (file, earlier) = match earlier(&tool.file) {
-            None if !set.is_empty() => {
-                let variant = variant_file(&tool.file, &provenance);
-                let found = earlier(&variant);
-                (variant, found)
-            }
-            found => (tool.file.clone(), found),
-        };
+        let (file, earlier) =
+            earlier_file(folder, tool, given.tol_mm, !set.is_empty(), &provenance);
         let is_new = earlier.is_none();
         let result = match earlier {
             Some(tool) => tool.with_doubts(source.doubts()),
@@ -111,6 +98,30 @@ pub fn make_tools_watched(
         made.push(MadeTool { name: tool.name.clone(), file, tool: result, is_new });
     }
     Ok(made)
+}
+
+/// File of a tool, and the tool if the file was made from `wanted` within `tol_mm`. A tool of other values than the scene's
+/// that is not in the scene's file has a file of its own.
+fn earlier_file(
+    folder: &Path,
+    tool: &SceneTool,
+    tol_mm: f64,
+    has_other_values: bool,
+    wanted: &Provenance,
+) -> (String, Option<Tool>) {
+    let read = |file: &str| {
+        Tool::read(folder.join(file))
+            .ok()
+            .filter(|tool| tool.shape_error_mm().is_some_and(|error| error <= tol_mm))
+            .filter(|tool| is_same(tool.provenance(), wanted))
+    };
+    let found = read(&tool.file);
+    if found.is_some() || !has_other_values {
+        return (tool.file.clone(), found);
+    }
+    let variant = variant_file(&tool.file, wanted);
+    let found = read(&variant);
+    (variant, found)
 }
 
 /// File of a tool of other values than the scene's: `die.tool.json` becomes `die-1a2b3c4d.tool.json`.

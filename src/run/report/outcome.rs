@@ -63,13 +63,7 @@ pub(super) fn answers(page: &mut Page, record: &RunRecord, history: &History, dr
     }));
     let border = border(drawn, record.springback.is_some());
     rows.extend(border.map(|text| ("draw-in of the outer border".to_owned(), text)));
-    rows.extend(record.springback.map(|s| {
-        let mut text = format!("up to {:.3} mm, RMS {:.3} mm", s.largest_mm, s.rms_mm);
-        if let Some((least, most)) = s.normal_min.zip(s.normal_max) {
-            text += &format!("; along the normal {least} to {most}");
-        }
-        ("springback".to_owned(), text)
-    }));
+    rows.extend(springback(record));
     rows.extend(section::answers(&record.sections));
     rows.extend(record.holder_pressure.iter().map(|holder| {
         let text = format!(
@@ -90,6 +84,16 @@ pub(super) fn answers(page: &mut Page, record: &RunRecord, history: &History, dr
     }));
     let rows: Vec<Vec<String>> = rows.into_iter().map(|(name, value)| vec![name, value]).collect();
     page.table(&["", ""], &rows);
+}
+
+/// Springback, if the tools were released.
+fn springback(record: &RunRecord) -> Option<Row> {
+    let found = record.springback?;
+    let mut text = format!("up to {:.3} mm, RMS {:.3} mm", found.largest_mm, found.rms_mm);
+    if let Some((least, most)) = found.normal_min.zip(found.normal_max) {
+        text += &format!("; along the normal {least} to {most}");
+    }
+    Some(("springback".to_owned(), text))
 }
 
 /// Rows about thinning, margin, zones and strain paths.

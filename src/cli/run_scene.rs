@@ -85,9 +85,9 @@ fn file_of(made: &MadeTool) -> Result<SetValue, String> {
 }
 
 fn print(made: &MadeTool) {
-    let MadeTool { name, tool, is_new } = made;
+    let MadeTool { name, file, tool, is_new } = made;
     let error =
         tool.shape_error_mm().map_or_else(String::new, |e| format!(", shape error {e:.4} mm"));
     let kept = if *is_new { "" } else { " (as it was)" };
-    out!("  {name}: {} patches{error}{kept}", tool.patches());
+    out!("  {name}: {} patches{error}, {file}{kept}", tool.patches());
 }

@@ -271,32 +271,29 @@ mod tests {
         assert!(message.contains("3 nodes") && message.contains("allowed: quadri"), "{message}");
     }
 
-    /// The same sheet in three formats; its elements lie on their sides.
-    #[test]
-    fn hexahedra_of_every_format_make_the_sheet_that_they_are() {
-        let folder = tempfile::tempdir().unwrap();
-        let scene = folder.path().join("x.scene.json");
-        let whole = rectangle(6.0, 4.0, 1.0, 3, 2, 2);
+    /// Nodes and elements in lines, numbered from 1, with `sep` between numbers.
+    fn rows(whole: &HexMesh, lying: &[[u32; 8]], sep: &str) -> [String; 2] {
+        let nodes = whole
+            .nodes
+            .iter()
+            .enumerate()
+            .map(|(n, x)| format!("{}{sep}{}{sep}{}{sep}{}\n", n + 1, x.x, x.y, x.z));
+        let elements = lying.iter().enumerate().map(|(k, e)| {
+            let ids: Vec<String> = e.iter().map(|n| (n + 1).to_string()).collect();
+            let middle = if sep == " " { "5 2 0 1 " } else { "" };
+            format!("{}{sep}{middle}{}\n", k + 1, ids.join(sep))
+        });
+        [nodes.collect(), elements.collect()]
+    }
+
+    /// Writes a sheet as `x.inp`, `x.msh` and `x.vtu`; its elements lie on their sides.
+    fn write_formats(folder: &Path, whole: &HexMesh) {
         let lying = whole.elements.iter().map(|e| [0, 3, 7, 4, 1, 2, 6, 5].map(|k| e[k]));
         let lying: Vec<[u32; 8]> = lying.collect();
-        let write = |name: &str, text: String| {
-            std::fs::write(folder.path().join(name), text).unwrap();
-        };
-        let rows = |label: bool, sep: &str, shift: u32| -> [String; 2] {
-            let nodes = whole.nodes.iter().enumerate().map(|(n, x)| {
-                let head = if label { format!("{}{sep}", n as u32 + shift) } else { String::new() };
-                format!("{head}{}{sep}{}{sep}{}\n", x.x, x.y, x.z)
-            });
-            let elements = lying.iter().enumerate().map(|(k, e)| {
-                let ids: Vec<String> = e.iter().map(|n| (n + shift).to_string()).collect();
-                let middle = if sep == " " { "5 2 0 1 " } else { "" };
-                format!("{}{sep}{middle}{}\n", k + 1, ids.join(sep))
-            });
-            [nodes.collect(), elements.collect()]
-        };
-        let [nodes, elements] = rows(true, ",", 1);
+        let write = |name: &str, text: String| std::fs::write(folder.join(name), text).unwrap();
+        let [nodes, elements] = rows(whole, &lying, ",");
         write("x.inp", format!("*NODE\n{nodes}*ELEMENT, TYPE=C3D8R\n{elements}"));
-        let [nodes, elements] = rows(true, " ", 1);
+        let [nodes, elements] = rows(whole, &lying, " ");
         let (n, e) = (whole.nodes.len(), lying.len());
         write(
             "x.msh",
@@ -307,7 +304,15 @@ mod tests {
         );
         let mut grid = kanagata_report::Vtu::new(whole.nodes.clone());
         lying.iter().for_each(|e| grid.push_cell(kanagata_report::CellKind::Hexahedron, e));
-        grid.write(&folder.path().join("x.vtu")).unwrap();
+        grid.write(&folder.join("x.vtu")).unwrap();
+    }
+
+    /// The same sheet in three formats.
+    #[test]
+    fn hexahedra_of_every_format_make_the_sheet_that_they_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = folder.path().join("x.scene.json");
+        write_formats(folder.path(), &rectangle(6.0, 4.0, 1.0, 3, 2, 2));
         let volume = |m: &HexMesh| -> f64 {
             let x = |n: u32| m.nodes[n as usize];
             let of = |e: &[u32; 8]| {
@@ -335,9 +340,15 @@ mod tests {
                 blank_mesh(&blank(name, 1.0, 3), &scene, folder.path(), None).unwrap_err();
             assert!(message.to_string().contains("2 layers"), "{message}");
         }
+    }
+
+    #[test]
+    fn an_element_of_another_kind_is_named_with_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = folder.path().join("x.scene.json");
         let tetrahedron = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n0\n$EndNodes\n\
              $Elements\n1\n1 4 0 1 2 3 4\n$EndElements\n";
-        write("x.msh", tetrahedron.into());
+        std::fs::write(folder.path().join("x.msh"), tetrahedron).unwrap();
         let message = blank_mesh(&blank("x.msh", 1.0, 1), &scene, folder.path(), None).unwrap_err();
         let message = message.to_string();
         assert!(message.contains("x.msh, line 9") && message.contains("type 4"), "{message}");

@@ -145,10 +145,8 @@ fn a_looser_tolerance_never_takes_more_patches() {
     }
 }
 
-/// Patches of any degree reproduce a flat face. The degrees must follow from its curved border.
-#[test]
-fn the_curved_border_of_a_plane_sets_the_degrees_of_its_patches() {
-    let disc = "\
+/// A flat face with an elliptical border.
+const DISC: &str = "\
 ISO-10303-21;
 HEADER;
 FILE_DESCRIPTION((''),'2;1');
@@ -179,9 +177,13 @@ DATA;
 ENDSEC;
 END-ISO-10303-21;
 ";
+
+/// Patches of any degree reproduce a flat face. The degrees must follow from its curved border.
+#[test]
+fn the_curved_border_of_a_plane_sets_the_degrees_of_its_patches() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("disc.step");
-    std::fs::write(&file, disc).unwrap();
+    std::fs::write(&file, DISC).unwrap();
     let model = cad::read(&file).unwrap().0;
     let area = std::f64::consts::PI * 30.0 * 18.0;
     for (divisions, tolerance) in [(1, 0.05), (4, 1e-4)] {

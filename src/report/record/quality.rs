@@ -210,10 +210,10 @@ mod tests {
         TurnedPathsRecord, ZoneShares,
     };
 
-    /// A part with a margin to the limit, thinned by 21 % and thickened by 6 %, 0.79 mm thick, with 1.5 mm of springback.
-    fn part(margin: f64) -> RunRecord {
+    /// Thinning by 21 %, thickening by 6 % and a margin to the limit.
+    fn formability(margin: f64) -> FormabilityRecord {
         let thinning = |percent| ThinningRecord { percent, element: 3, at_mm: [1.0, 2.0, 3.0] };
-        let formability = FormabilityRecord {
+        FormabilityRecord {
             increment: 7,
             area_mm2: 100.0,
             thinning: thinning(21.0),
@@ -235,9 +235,13 @@ mod tests {
                 largest_deg: 40.0,
             },
             limit_curve: Vec::new(),
-        };
+        }
+    }
+
+    /// A part with a margin to the limit, thinned by 21 % and thickened by 6 %, 0.79 mm thick, with 1.5 mm of springback.
+    fn part(margin: f64) -> RunRecord {
         RunRecord {
-            formability: Some(formability),
+            formability: Some(formability(margin)),
             thickness: Some(ThicknessRecord {
                 minimum_mm: 0.79,
                 initial_mm: 1.0,

@@ -130,8 +130,8 @@ mod tests {
     use crate::viewer::arrays::tests::decoded;
     use crate::viewer::surface::Frame;
 
-    #[test]
-    fn the_script_gets_what_the_view_has() {
+    /// A square of two triangles, which is raised by 1 in its second step.
+    fn square() -> View {
         let points = [[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 1.0, 1.0], [0.0, 1.0, 1.0]];
         let points: Vec<Vec3> = points.map(Vec3::from).into();
         let field = |name: &str, location, values: &[f64]| Field {
@@ -159,14 +159,18 @@ mod tests {
             points,
             ..Surface::default()
         };
-        let view = View {
+        View {
             surfaces: vec![surface],
             steps: vec!["start".into(), "end".into()],
             symmetry: vec![(0, 0.0)],
             ..View::default()
-        };
+        }
+    }
+
+    #[test]
+    fn the_script_gets_what_the_view_has() {
         let mut arrays = Arrays::default();
-        let text = description(&view, &mut arrays);
+        let text = description(&square(), &mut arrays);
         let part = &text["parts"][0];
         let read = |what: &Value| decoded(&arrays, what);
         let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-12;

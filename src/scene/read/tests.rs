@@ -82,6 +82,12 @@ fn unknown_keys_and_values_out_of_range_are_named() {
     assert!(message.contains("tools[0].stop_mm: found -0.1"), "{message}");
     let message = fails(|s| s["solver"] = serde_json::json!({"force_tolerance": 0}));
     assert!(message.contains("solver.force_tolerance: found 0"), "{message}");
+    let message = fails(|s| s["version"] = 3.into());
+    assert!(message.contains("version: found 3"), "{message}");
+}
+
+#[test]
+fn drives_and_stages_that_are_not_allowed_are_named() {
     let drive = |drive: serde_json::Value| {
         fails(|s| s["stages"][0]["drive"] = serde_json::json!({"die": drive}))
     };
@@ -111,8 +117,6 @@ fn unknown_keys_and_values_out_of_range_are_named() {
         message.contains("stages[1].name") && message.contains("a name of its own"),
         "{message}"
     );
-    let message = fails(|s| s["version"] = 3.into());
-    assert!(message.contains("version: found 3"), "{message}");
 }
 
 #[test]

@@ -114,20 +114,27 @@ mod tests {
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     }
 
+    /// A sheet of 2 x 2 x 0.8 mm, with a rolling direction across the axes or without.
+    fn square(kind: ElementKind, steel: &Arc<dyn Material>, rolling: bool) -> Body {
+        let mesh = rectangle(2.0, 2.0, 0.8, 2, 2, 1);
+        let mut body = Body::new(mesh, kind, Arc::clone(steel)).unwrap();
+        if rolling {
+            body.set_rolling_direction(&Vec3::new(1.0, 2.0, 0.5)).unwrap();
+        }
+        body
+    }
+
+    fn largest_force(out: &Evaluation) -> f64 {
+        out.internal_force.iter().fold(0.0_f64, |m, f| m.max(f.abs()))
+    }
+
     #[test]
     fn strains_are_carried_on_as_they_grow_however_the_sheet_turns() {
         let steel = card::find("mild-steel-neto2012").unwrap().build(0.0).unwrap();
         let kinds = [ElementKind::Hex8, ElementKind::SolidShell { points: 3, membrane: true }];
         // With the axes of the body, and with those of each element.
         for (kind, rolling) in kinds.into_iter().flat_map(|kind| [(kind, false), (kind, true)]) {
-            let mesh = rectangle(2.0, 2.0, 0.8, 2, 2, 1);
-            let new = || {
-                let mut body = Body::new(mesh.clone(), kind, Arc::clone(&steel)).unwrap();
-                if rolling {
-                    body.set_rolling_direction(&Vec3::new(1.0, 2.0, 0.5)).unwrap();
-                }
-                body
-            };
+            let new = || square(kind, &steel, rolling);
             let mut body = new();
             let [mut out, mut foreseen] = [Evaluation::default(), Evaluation::default()];
             for step in [1.0, 2.0] {
@@ -142,7 +149,7 @@ mod tests {
             let [before, last, next] =
                 [1.0, 2.0, 3.5].map(|step| stretched_and_turned(&body, step));
             body.evaluate(&next, Want::ResidualAndTangent, &mut out).unwrap();
-            let force = out.internal_force.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+            let force = largest_force(&out);
             for stiff in [false, true] {
                 let foresight = Foresight { factor: 1.5, stiff };
                 body.evaluate_foreseen(&next, foresight, &mut foreseen).unwrap();

@@ -14,7 +14,7 @@ use crate::snapshot::SimulationState;
 use crate::test_tools::{arc, line, revolved};
 use crate::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, Placement, SheetSide, Simulation,
-    SimulationSetup, Stage,
+    SimulationSetup, Stage, ToolSetup,
 };
 use kanagata_geometry::Vec3;
 
@@ -45,6 +45,24 @@ pub(super) fn cup(case: &Case) -> SimulationSetup {
     let swift = Hardening::Swift { k: 565.0 * stress, eps0: 0.007, n: 0.26 };
     let elastic = Elastic { young: 210_000.0 * stress, poisson: 0.3 };
     let steel = Arc::new(Plastic::new(elastic, &hill, swift).unwrap());
+    SimulationSetup {
+        body: body(mesh, steel),
+        constraints,
+        loads: Vec::new(),
+        tools: tools(case),
+        stages: stages(case),
+        limits: Limits {
+            friction_transition: case.transition,
+            force_tolerance: 1e-8,
+            ..Limits::default()
+        },
+        share: 4.0,
+    }
+}
+
+/// Die, holder and punch of revolution, which stand where they touch the sheet.
+fn tools(case: &Case) -> Vec<ToolSetup> {
+    let u = case.unit;
     let l = |a: [f64; 2], b: [f64; 2], n: [f64; 2]| line(1, a.map(|v| v * u), b.map(|v| v * u), n);
     let die = [
         l([90.0, 0.0], [37.0, 0.0], [0.0, 1.0]),
@@ -64,19 +82,7 @@ pub(super) fn cup(case: &Case) -> SimulationSetup {
         tool("punch", revolved("punch", 6, q, &punch), -Vec3::z(), SheetSide::Top, case.mu),
     ];
     tools.iter_mut().for_each(|t| t.placement = Placement::Touch);
-    SimulationSetup {
-        body: body(mesh, steel),
-        constraints,
-        loads: Vec::new(),
-        tools,
-        stages: stages(case),
-        limits: Limits {
-            friction_transition: case.transition,
-            force_tolerance: 1e-8,
-            ..Limits::default()
-        },
-        share: 4.0,
-    }
+    tools
 }
 
 fn stages(case: &Case) -> Vec<Stage> {

@@ -124,6 +124,13 @@ fn vee() -> (Vec<ToolSetup>, f64, f64) {
     (tools, top, centre - (1.0 + radius) / s)
 }
 
+/// Card of a steel with a strong Bauschinger effect.
+const BAUSCHINGER: &str = r#"{
+    "name": "steel", "young_mpa": 210000.0, "poisson": 0.3, "yield": {"criterion": "von-mises"},
+    "hardening": {"law": "ludwik", "sigma0": 150.0, "k": 300.0, "n": 0.4},
+    "backstresses": [{"c_mpa": 5000.0, "gamma": 50.0}, {"c_mpa": 500.0, "gamma": 0.0}]
+}"#;
+
 /// Half of a strip of 28 x 1 x 1 mm bent and pressed in a vee of 90 degrees, of steel with a strong Bauschinger
 /// effect: its angle [degrees] and the work done on it [N mm], pressed and released.
 fn coined(kind: ElementKind, layers: usize) -> [(f64, f64); 2] {
@@ -147,12 +154,7 @@ fn coined(kind: ElementKind, layers: usize) -> [(f64, f64); 2] {
         Stage { largest_step: 0.1, ..stage("press", to(shut + 0.04), 0.05) },
         stage("release", vec![Motion::Release; 2], 0.25),
     ];
-    let steel: MaterialCard = serde_json::from_str(
-        r#"{"name": "steel", "young_mpa": 210000.0, "poisson": 0.3, "yield": {"criterion": "von-mises"},
-            "hardening": {"law": "ludwik", "sigma0": 150.0, "k": 300.0, "n": 0.4},
-            "backstresses": [{"c_mpa": 5000.0, "gamma": 50.0}, {"c_mpa": 500.0, "gamma": 0.0}]}"#,
-    )
-    .unwrap();
+    let steel: MaterialCard = serde_json::from_str(BAUSCHINGER).unwrap();
     let body = Body::new(mesh, kind, steel.build(0.0).unwrap()).unwrap();
     let setup = setup(body, constraints, tools, stages);
     let mut sim = Simulation::new(SimulationSetup { limits: Limits::default(), ..setup }).unwrap();

@@ -68,6 +68,15 @@ fn direction(n: usize) -> Vec<f64> {
     (0..n).map(|i| (1.7 * i as f64).sin() + 0.3 * (0.4 * i as f64).cos()).collect()
 }
 
+/// Puts the gap, which stands along the normal `now` in the equations of a node, along the normal `n` of the linearisation
+/// point, and the other equations across it.
+fn divide_along(equations: &mut [f64], n: &Vec3, now: &Vec3) {
+    let vector = Vec3::from_column_slice(equations);
+    let rest = vector - now * now.dot(&vector);
+    let apart = n * now.dot(&vector) + rest - n * n.dot(&rest);
+    equations.copy_from_slice(apart.as_slice());
+}
+
 /// Largest relative difference between the matrix and central differences, and the numbers of slipping and sticking
 /// nodes.
 fn mismatch(mu: f64, stiffness: Option<f64>) -> (f64, usize, usize) {
@@ -97,14 +106,8 @@ fn mismatch(mu: f64, stiffness: Option<f64>) -> (f64, usize, usize) {
         sys.tools[0].travel = base.1 + step * travel;
         let (mut f, now) = residual(&mut sys);
         assert_eq!(now, states, "the difference must stay on one branch");
-        // The gap along the normal of the linearisation point, the other equations across it.
         for ((node, n), &k) in normals.iter().zip(&touching) {
-            let now = sys.conditions[k].normal;
-            let at = 3 * node..3 * node + 3;
-            let vector = Vec3::from_column_slice(&f[at.clone()]);
-            let rest = vector - now * now.dot(&vector);
-            let apart = n * now.dot(&vector) + rest - n * n.dot(&rest);
-            f[at].copy_from_slice(apart.as_slice());
+            divide_along(&mut f[3 * node..3 * node + 3], n, &sys.conditions[k].normal);
         }
         f
     };

@@ -161,14 +161,8 @@ fn refined(base: &HexMesh) -> HexMesh {
     mesh
 }
 
-/// A sheet of 60 x 60 x 0.8 mm, clamped on all sides unless it is free, of anisotropic steel, formed with friction.
-/// Iterations of the increments, and the final displacements rotated back [mm].
-fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
-    let (kind, layers) = view.element;
-    let mut mesh = rectangle(60.0, 60.0, 0.8, view.cells(), view.cells(), layers);
-    if view.refined {
-        mesh = refined(&mesh);
-    }
+/// Clamps the sides of the sheet, unless it is free.
+fn clamped(mesh: &HexMesh, view: &View) -> Constraints {
     let mut constraints = Constraints::none(mesh.nodes.len());
     for axis in (0..2).filter(|_| view.process != Process::Free) {
         for side in [0.0, 60.0] {
@@ -179,6 +173,18 @@ fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
             }
         }
     }
+    constraints
+}
+
+/// A sheet of 60 x 60 x 0.8 mm, clamped on all sides unless it is free, of anisotropic steel, formed with friction.
+/// Iterations of the increments, and the final displacements rotated back [mm].
+fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
+    let (kind, layers) = view.element;
+    let mut mesh = rectangle(60.0, 60.0, 0.8, view.cells(), view.cells(), layers);
+    if view.refined {
+        mesh = refined(&mesh);
+    }
+    let constraints = clamped(&mesh, view);
     mesh.nodes.iter_mut().for_each(|x| *x = view.position(x));
     let stress = 1.0 / (view.unit * view.unit);
     let hill = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.5, m: 1.5, n: 1.29 };

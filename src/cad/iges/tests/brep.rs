@@ -78,42 +78,46 @@ const Z: &str = "0.,0.,1.";
 const TURNS: [&str; 2] =
     ["0.,0.,1.,0.,1.,0.,0.,0.,0.,1.,0.,0.", "0.,1.,0.,0.,0.,0.,1.,0.,1.,0.,0.,0."];
 
+/// Vertices of a cube of side 4 with a corner cut off by a ball of radius 2.
+const CUT_CORNER_VERTICES: [[f64; 3]; 10] = [
+    [2., 0., 0.],
+    [0., 2., 0.],
+    [0., 0., 2.],
+    [4., 0., 0.],
+    [0., 4., 0.],
+    [0., 0., 4.],
+    [4., 4., 0.],
+    [0., 4., 4.],
+    [4., 0., 4.],
+    [4., 4., 4.],
+];
+/// Its straight edges, between vertices numbered from 1.
+const CUT_CORNER_LINES: [[usize; 2]; 12] = [
+    [1, 4],
+    [2, 5],
+    [3, 6],
+    [4, 7],
+    [7, 5],
+    [5, 8],
+    [8, 6],
+    [6, 9],
+    [9, 4],
+    [7, 10],
+    [8, 10],
+    [9, 10],
+];
+
 /// A cube of side 4 with a corner cut off by a ball of radius 2: the surface normals of the ball and of the three planes
 /// through its centre point into the material. `ball`: edges of the face on the ball.
 fn cut_corner(ball: [i32; 3]) -> Vec<u8> {
-    let vertices = [
-        [2., 0., 0.],
-        [0., 2., 0.],
-        [0., 0., 2.],
-        [4., 0., 0.],
-        [0., 4., 0.],
-        [0., 0., 4.],
-        [4., 4., 0.],
-        [0., 4., 4.],
-        [4., 0., 4.],
-        [4., 4., 4.],
-    ];
+    let vertices = CUT_CORNER_VERTICES;
     let mut solid = Solid::new(&vertices);
     let turns = TURNS.map(|t| u32::try_from(solid.add(item(124, 0, t))).unwrap());
     for (k, ends) in [[1, 2], [2, 3], [3, 1]].into_iter().enumerate() {
         let matrix = k.checked_sub(1).map_or(0, |k| turns[k]);
         solid.edge(moved(100, 0, matrix, "0.,0.,0.,2.,0.,0.,2."), ends);
     }
-    let lines = [
-        [1, 4],
-        [2, 5],
-        [3, 6],
-        [4, 7],
-        [7, 5],
-        [5, 8],
-        [8, 6],
-        [6, 9],
-        [9, 4],
-        [7, 10],
-        [8, 10],
-        [9, 10],
-    ];
-    for [a, b] in lines {
+    for [a, b] in CUT_CORNER_LINES {
         let [p, q] = [a, b].map(|k: usize| vertices[k - 1].map(|x| format!("{x:?}")).join(","));
         solid.edge(item(110, 0, format!("{p},{q}")), [a, b]);
     }

@@ -10,7 +10,7 @@ use crate::material::elastic::Elastic;
 use crate::material::hardening::Hardening;
 use crate::material::hill48::Hill48;
 use crate::material::plastic::Plastic;
-use crate::sheet::hex_mesh::rectangle;
+use crate::sheet::hex_mesh::{HexMesh, rectangle};
 use crate::{Constraints, Control, Curve, IncrementReport, Simulation, SimulationSetup};
 use kanagata_geometry::Vec3;
 
@@ -33,18 +33,7 @@ fn bend(
     (0..count).filter(|&n| mesh.nodes[n].x == 0.0 && mesh.nodes[n].z == 0.0).for_each(|node| {
         constraints.hold(node, 2);
     });
-    let (low, high) = (mesh.bottom_nodes(), mesh.top_nodes());
-    let mut loads = vec![0.0; 3 * count];
-    let end: Vec<(usize, usize)> = low
-        .iter()
-        .zip(&high)
-        .map(|(&a, &b)| (a as usize, b as usize))
-        .filter(|&(a, _)| mesh.nodes[a].x > length - 1e-9)
-        .collect();
-    for &(a, b) in &end {
-        loads[3 * a] = 0.5 * force;
-        loads[3 * b] = -0.5 * force;
-    }
+    let (loads, [a, b]) = couple(&mesh, length, force);
     let elastic = Elastic { young: YOUNG, poisson: POISSON };
     let steel = Arc::new(Plastic::new(elastic, &Hill48::MISES, swift()).unwrap());
     let stages = [(0.0, 1.0), (1.0, 0.0)].map(|(from, to)| {
@@ -65,20 +54,40 @@ fn bend(
             Control::Continue
         })
         .unwrap();
-    let at = |u: &[f64], node: usize| {
-        mesh.nodes[node] + Vec3::from_column_slice(&u[3 * node..3 * node + 3])
+    let lever = moved(&mesh, &states[0], b) - moved(&mesh, &states[0], a);
+    let [bent, released] =
+        [0, states.len() - 1].map(|k| curvature(&mesh, &states[k], 2 * (cells / 2)));
+    [force * lever.z, bent, released]
+}
+
+/// Opposite forces [N] on the nodes of the end of a strip, and one of its pairs of a lower and an upper node.
+fn couple(mesh: &HexMesh, length: f64, force: f64) -> (Vec<f64>, [usize; 2]) {
+    let mut loads = vec![0.0; 3 * mesh.nodes.len()];
+    let pairs = mesh.bottom_nodes().into_iter().zip(mesh.top_nodes());
+    let end: Vec<[usize; 2]> = pairs
+        .map(|(a, b)| [a as usize, b as usize])
+        .filter(|&[a, _]| mesh.nodes[a].x > length - 1e-9)
+        .collect();
+    for [a, b] in &end {
+        loads[3 * a] = 0.5 * force;
+        loads[3 * b] = -0.5 * force;
+    }
+    (loads, end[0])
+}
+
+/// Position of a node with the displacements `u`.
+fn moved(mesh: &HexMesh, u: &[f64], node: usize) -> Vec3 {
+    mesh.nodes[node] + Vec3::from_column_slice(&u[3 * node..3 * node + 3])
+}
+
+/// Curvature of the circle through the middle surface at a column and, symmetric, at x = 0: x^2 + z^2 = 2 z / k.
+fn curvature(mesh: &HexMesh, u: &[f64], column: usize) -> f64 {
+    let (low, high) = (mesh.bottom_nodes(), mesh.top_nodes());
+    let middle = |column: usize| {
+        0.5 * (moved(mesh, u, low[column] as usize) + moved(mesh, u, high[column] as usize))
     };
-    let curvature = |u: &[f64]| {
-        // Circle through the mid-surface at x = 0, symmetric: x^2 + z^2 = 2 z / k.
-        let middle =
-            |column: usize| 0.5 * (at(u, low[column] as usize) + at(u, high[column] as usize));
-        let near = 2 * (cells / 2);
-        let d = middle(near) - middle(0);
-        2.0 * d.z / (d.x * d.x + d.z * d.z)
-    };
-    let (a, b) = end[0];
-    let lever = at(&states[0], b) - at(&states[0], a);
-    [force * lever.z, curvature(&states[0]), curvature(&states[states.len() - 1])]
+    let d = middle(column) - middle(0);
+    2.0 * d.z / (d.x * d.x + d.z * d.z)
 }
 
 fn swift() -> Hardening {

@@ -69,7 +69,7 @@ fn prepared(args: &run::RunArgs) -> Result<(Exit, Vec<SetValue>), Failure> {
     print_doubts(&doubts, args.accepts_doubts());
     let of_tools = Exit::of_doubts(&doubts, args.accepts_doubts());
     let mut set = args.set().to_vec();
-    for tool in made.iter().filter(|_| !args.set().is_empty()) {
+    for tool in made.iter().filter(|tool| tool.is_variant) {
         set.push(file_of(tool).map_err(Failure::input)?);
     }
     if !args.is_quiet() {
@@ -85,7 +85,7 @@ fn file_of(made: &MadeTool) -> Result<SetValue, String> {
 }
 
 fn print(made: &MadeTool) {
-    let MadeTool { name, file, tool, is_new } = made;
+    let MadeTool { name, file, tool, is_new, .. } = made;
     let error =
         tool.shape_error_mm().map_or_else(String::new, |e| format!(", shape error {e:.4} mm"));
     let kept = if *is_new { "" } else { " (as it was)" };

@@ -87,8 +87,8 @@ impl Source {
         let all = self.model.faces.len();
         let reached = within_reach(&self.model, zone, self.side, self.flip)?;
         let number = |f: &usize| self.kept.get(*f).copied().unwrap_or(*f);
-        self.words = Provenance::reach(scene, reached.kept.len(), all);
         self.kept = reached.kept.iter().map(number).collect();
+        self.words = Provenance::reach(scene, &self.kept, all);
         self.model = reached.model;
         Ok(reached.turned)
     }

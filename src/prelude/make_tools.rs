@@ -13,7 +13,7 @@ use crate::files::sha256_hex;
 use crate::progress::Progress;
 use crate::reach::Zone;
 use crate::scene::set_value::SetValue;
-use crate::scene::types::{SheetSurface, Tool as SceneTool, ToolCad};
+use crate::scene::types::{Scene, SheetSurface, Tool as SceneTool, ToolCad};
 use crate::tool::file::Provenance;
 
 /// A tool of a scene that has CAD.
@@ -23,6 +23,8 @@ pub struct MadeTool {
     pub name: String,
     /// Tool file, relative to the scene: that of the scene or, for other values of it, one of its own.
     pub file: String,
+    /// Whether the file is one of its own.
+    pub is_variant: bool,
     /// The tool.
     pub tool: Tool,
     /// Whether the file was made; false: it was there already, made from the same CAD in the same way.
@@ -72,6 +74,8 @@ pub fn make_tools_watched(
 ) -> Result<Vec<MadeTool>, Error> {
     let path = scene.as_ref();
     let (scene, _) = crate::scene::read::scene_with(path, set)?;
+    // The scene of the file, where other values are set; one that is not complete without them has no tools of its own.
+    let own = (!set.is_empty()).then(|| crate::scene::read::scene_with(path, &[]).ok()).flatten();
     let folder = path.parent().unwrap_or(Path::new(""));
     let scene_name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut made = Vec::new();
@@ -83,8 +87,12 @@ pub fn make_tools_watched(
         let zone = Zone::of_scene(&scene, folder, &tool.file, &tool.name)?;
         let source = cad.source(&settings, Some((&zone, &scene_name)))?;
         let provenance = cad.provenance(&settings, &source);
-        let (file, earlier) =
-            earlier_file(folder, tool, given.tol_mm, !set.is_empty(), &provenance);
+        let is_own = set.is_empty()
+            || own.as_ref().is_some_and(|own| {
+                is_of_scene(&own.0, folder, (tool, &provenance), (&cad, &scene_name))
+            });
+        let file = if is_own { tool.file.clone() } else { variant_file(&tool.file, &provenance) };
+        let earlier = earlier_tool(&folder.join(&file), given.tol_mm, &provenance);
         let is_new = earlier.is_none();
         let result = match earlier {
             Some(tool) => tool.with_doubts(source.doubts()),
@@ -95,33 +103,42 @@ pub fn make_tools_watched(
                 new
             }
         };
-        made.push(MadeTool { name: tool.name.clone(), file, tool: result, is_new });
+        let (name, is_variant) = (tool.name.clone(), !is_own);
+        made.push(MadeTool { name, file, is_variant, tool: result, is_new });
     }
     Ok(made)
 }
 
-/// File of a tool, and the tool if the file was made from `wanted` within `tol_mm`. A tool of other values than the scene's
-/// that is not in the scene's file has a file of its own.
-fn earlier_file(
+/// Whether a tool is that of the scene `own` without other values, or has a file that is set.
+fn is_of_scene(
+    own: &Scene,
     folder: &Path,
-    tool: &SceneTool,
-    tol_mm: f64,
-    has_other_values: bool,
-    wanted: &Provenance,
-) -> (String, Option<Tool>) {
-    let read = |file: &str| {
-        Tool::read(folder.join(file))
-            .ok()
-            .filter(|tool| tool.shape_error_mm().is_some_and(|error| error <= tol_mm))
-            .filter(|tool| is_same(tool.provenance(), wanted))
+    (tool, wanted): (&SceneTool, &Provenance),
+    (cad, scene_name): (&Cad, &str),
+) -> bool {
+    let Some(before) = own.tools.iter().find(|before| before.name == tool.name) else {
+        return true;
     };
-    let found = read(&tool.file);
-    if found.is_some() || !has_other_values {
-        return (tool.file.clone(), found);
+    if before.file != tool.file {
+        return true;
     }
-    let variant = variant_file(&tool.file, wanted);
-    let found = read(&variant);
-    (variant, found)
+    let Some(given) = &before.cad else { return false };
+    let origin = || {
+        let settings = settings_of(before, given, own.blank.thickness_mm).ok()?;
+        let zone = Zone::of_scene(own, folder, &before.file, &before.name).ok()?;
+        let source = cad.source(&settings, Some((&zone, scene_name))).ok()?;
+        Some(cad.provenance(&settings, &source))
+    };
+    let same_cad = tool.cad.as_ref().is_some_and(|cad| cad.file == given.file);
+    same_cad && origin().is_some_and(|origin| origin == *wanted)
+}
+
+/// The tool in a file that was made from `wanted` within `tol_mm`.
+fn earlier_tool(file: &Path, tol_mm: f64, wanted: &Provenance) -> Option<Tool> {
+    Tool::read(file)
+        .ok()
+        .filter(|tool| tool.shape_error_mm().is_some_and(|error| error <= tol_mm))
+        .filter(|tool| is_same(tool.provenance(), wanted))
 }
 
 /// File of a tool of other values than the scene's: `die.tool.json` becomes `die-1a2b3c4d.tool.json`.

@@ -6,8 +6,11 @@ use kanagata_solver::sheet::hex_mesh::HexMesh;
 
 /// Smallest cosine between a tool's direction and the normal of a clamping face.
 const CLAMP_COS_MIN: f64 = 0.9;
-/// Largest lateral distance of a foot point from the line along the tool's direction, over the thickness.
+/// Largest lateral distance of a foot point from the line along the tool's direction, over the thickness, beside that of
+/// an inclined face.
 const FOOT_OFFSET_MAX_REL: f64 = 0.1;
+/// Gap over the thickness up to which the foot point on an inclined face is beside: the far face of the sheet, and some play.
+const INCLINED_GAP_MAX_REL: f64 = 2.0;
 
 /// A tool at its place.
 #[derive(Clone, Copy)]
@@ -47,7 +50,10 @@ pub fn area_between(
         let covered = points.iter().zip(&feet).map(|(x, foot)| {
             let away = x - foot.point;
             let beside = (away - direction * away.dot(direction)).norm();
-            beside < near && sign * foot.normal.dot(direction) > CLAMP_COS_MIN
+            let cosine = sign * foot.normal.dot(direction);
+            let slope = (1.0 - cosine * cosine).max(0.0).sqrt();
+            let gap = away.norm().min(INCLINED_GAP_MAX_REL * thickness);
+            beside < near + gap * slope && cosine > CLAMP_COS_MIN
         });
         covered.collect()
     };

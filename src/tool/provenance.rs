@@ -37,10 +37,13 @@ pub struct Provenance {
 const REACH_KEY: &str = " reach=";
 
 impl Provenance {
-    /// The words of [`Self::mesher`] for a tool of `kept` of `all` faces, those that the sheet of `scene` can touch.
+    /// The words of [`Self::mesher`] for a tool of the faces `kept` of `all`, those that the sheet of `scene` can touch. A
+    /// digest tells equally many other faces apart.
     #[must_use]
-    pub fn reach(scene: &str, kept: usize, all: usize) -> String {
-        format!("{REACH_KEY}{scene} faces={kept}/{all}")
+    pub fn reach(scene: &str, kept: &[usize], all: usize) -> String {
+        let numbers: Vec<u8> = kept.iter().flat_map(|&face| (face as u64).to_le_bytes()).collect();
+        let digest = &kanagata_files::sha256_hex(&numbers)[..8];
+        format!("{REACH_KEY}{scene} faces={}/{all} of {digest}", kept.len())
     }
 
     /// True for a tool of the faces that the sheet of a scene can touch.

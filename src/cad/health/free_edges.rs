@@ -7,6 +7,7 @@ use super::{
     OPEN_JOINT_MAX_REL, samples,
 };
 use crate::Model;
+use crate::attributes::BodyKind;
 use kanagata_geometry::box_tree::BoxTree;
 use kanagata_geometry::nurbs::{Curve3, CurveProjector};
 use kanagata_geometry::{Aabb, Vec3};
@@ -22,8 +23,8 @@ struct Gaps {
     limit: f64,
     /// Maximum number of point projections per edge.
     budget: usize,
-    /// Face of each edge.
-    faces: Vec<usize>,
+    /// Edges in the model.
+    edges: Vec<usize>,
 }
 
 impl Model {
@@ -32,24 +33,34 @@ impl Model {
         let free: Vec<usize> =
             (0..self.edges.len()).filter(|&k| self.edges[k].uses.len() == 1).collect();
         let gaps = Gaps::between(self, &free);
+        let face_of = |edge: usize| self.edges[edge].uses[0][0];
         let one = |k: usize| {
             let (gap_mm, gap_measured) = gaps.largest(k, |other| other == k);
             let length_mm = self.edges[free[k]].curve.length();
             let is_beside = |gap: &f64| *gap <= OPEN_JOINT_MAX_REL * length_mm;
-            let own_face = |other: usize| gaps.faces[other] == gaps.faces[k];
-            let near = gap_mm.filter(is_beside).and_then(|_| gaps.largest(k, own_face).0);
+            let apart = |other: usize| self.are_no_joint([k, other].map(|k| face_of(free[k])));
+            let near = gap_mm.filter(is_beside).and_then(|_| gaps.largest(k, apart).0);
+            let near = near.filter(is_beside).filter(|_| !gaps.is_stacked(self, k, apart));
             FreeEdge {
                 edge: free[k],
-                face: gaps.faces[k],
+                face: face_of(free[k]),
                 length_mm,
                 gap_mm,
                 gap_measured,
-                open_joint_mm: near.filter(is_beside),
+                open_joint_mm: near,
             }
         };
         let mut out: Vec<FreeEdge> = (0..free.len()).into_par_iter().map(one).collect();
         out.sort_by(|a, b| b.length_mm.total_cmp(&a.length_mm));
         out
+    }
+
+    /// True for one face, and for faces of different bodies, as of a die and its binder.
+    fn are_no_joint(&self, [f, g]: [usize; 2]) -> bool {
+        let [own, other] = [f, g].map(|f| self.faces[f].attributes.body);
+        let is_body =
+            |body: usize| self.bodies.get(body).is_some_and(|body| body.kind != BodyKind::Faces);
+        f == g || (own != other && is_body(own) && is_body(other))
     }
 
     /// A sentence on the free edges that run beside those of other faces; `None` without any.
@@ -91,8 +102,33 @@ impl Gaps {
         let hull = |k: &usize| Aabb::of_points(model.edges[*k].curve.points());
         let tree = BoxTree::build(&free.iter().map(hull).collect::<Vec<_>>());
         let budget = GAP_PROJECTIONS_MIN.max(GAP_PROJECTIONS_TOTAL / free.len().max(1));
-        let faces = free.iter().map(|&k| model.edges[k].uses[0][0]).collect();
-        Self { points, curves, tree, limit, budget, faces }
+        Self { points, curves, tree, limit, budget, edges: free.to_vec() }
+    }
+
+    /// True when the nearest edge without those to `skip` lies above or below the face of the edge `own`, as the other side
+    /// of a sheet does, and not beside it. In the middle of the edge.
+    fn is_stacked(&self, model: &Model, own: usize, skip: impl Fn(usize) -> bool) -> bool {
+        let [f, l, k] = model.edges[self.edges[own]].uses[0];
+        let (face, pcurve) = (&model.faces[f], &model.faces[f].loops[l].uses[k].pcurve);
+        let [a, b] = pcurve.domain();
+        let uv = pcurve.point(0.5 * (a + b));
+        let Some(normal) = face.surface.normal(uv) else { return false };
+        let p = face.surface.point(uv);
+        let mut nearest = None;
+        self.tree.nearest(&p, f64::INFINITY, |k, best| {
+            if skip(k as usize) {
+                return best;
+            }
+            let (t, distance) = self.curves[k as usize].closest(&p);
+            if distance < best {
+                nearest = Some((k as usize, t));
+            }
+            best.min(distance)
+        });
+        nearest.is_some_and(|(k, t)| {
+            let away = model.edges[self.edges[k]].curve.point(t) - p;
+            away.dot(&normal).powi(2) > 0.5 * away.norm_squared()
+        })
     }
 
     /// Largest distance [mm] of the edge `own` from the other free edges without those to `skip`, `None` beyond the

@@ -22,7 +22,7 @@ const GAP_MAX_REL: f64 = 1e-2;
 /// Doubled: slots as wide as a tenth of their length count as open joints.
 const OPEN_JOINT_MAX_REL: f64 = 0.05;
 /// Point projections allowed for the gaps of all free edges, and at least per edge; some tens are needed where few
-/// edges are close. Doubled: twice the longest time of `--health`, about half a second.
+/// edges are close; edges beside others are measured twice. Doubled: twice the longest time of `--health`, about a second.
 const GAP_PROJECTIONS_TOTAL: usize = 400_000;
 const GAP_PROJECTIONS_MIN: usize = 512;
 /// Maximum number of faces of about equal area with which a face is compared; a die has fewer equal holes. Doubled: ten

@@ -155,15 +155,15 @@ fn equal_faces_are_compared_with_so_many_others_only() {
     assert_eq!(duplicate_faces(&row, 0.1), (vec![[4, 100]], true));
 }
 
-/// Two plates of 10 by 10 mm with this distance between them.
-fn plates(apart: f64) -> Model {
-    let plate = |from: f64| {
-        let points = [[from, 0.0], [from, 10.0], [from + 10.0, 0.0], [from + 10.0, 10.0]];
-        let points = points.map(|[x, y]| Vec3::new(x, y, 0.0)).to_vec();
+/// Two plates of 100 by 10 mm, the second with this place of its first corner.
+fn plates(x: f64, z: f64) -> Model {
+    let plate = |from: f64, z: f64| {
+        let points = [[from, 0.0], [from, 10.0], [from + 100.0, 0.0], [from + 100.0, 10.0]];
+        let points = points.map(|[x, y]| Vec3::new(x, y, z)).to_vec();
         let knots = || vec![0.0, 0.0, 1.0, 1.0];
         whole(Surface::try_new([1, 1], [knots(), knots()], points, None).unwrap())
     };
-    let (mut both, other) = (plate(0.0), plate(10.0 + apart));
+    let (mut both, other) = (plate(0.0, 0.0), plate(x, z));
     let shift = both.edges.len();
     for mut edge in other.edges {
         edge.uses.iter_mut().for_each(|used| used[0] += 1);
@@ -177,12 +177,18 @@ fn plates(apart: f64) -> Model {
     both
 }
 
-/// The sides between the plates are open joints; the other six free edges, and sides a millimetre apart, are not.
+/// The sides of 10 mm between the plates are open joints. The other six free edges are not, nor are sides 0.8 mm apart, which
+/// is a gap below 1 % of the size, nor two plates one above the other.
 #[test]
 fn faces_that_end_beside_each_other_are_open_joints() {
-    let near = plates(0.04).health();
+    let near = plates(100.3, 0.0).health();
     let open: Vec<f64> = near.free_edges.iter().filter_map(|e| e.open_joint_mm).collect();
     assert!(near.free_edges.len() == 8 && open.len() == 2, "{near:?}");
-    assert!(open.iter().all(|gap| (gap - 0.04).abs() < 1e-9), "{open:?}");
-    assert!(plates(1.0).open_joints().is_none());
+    assert!(open.iter().all(|gap| (gap - 0.3).abs() < 1e-9), "{open:?}");
+    let far = plates(100.8, 0.0).health();
+    assert_eq!(far.free_edges.iter().filter(|e| e.gap_mm.is_some()).count(), 2);
+    assert!(far.free_edges.iter().all(|e| e.open_joint_mm.is_none()), "{far:?}");
+    let above = plates(0.0, 0.3);
+    assert!(above.health().free_edges.iter().all(|e| e.gap_mm.is_some()));
+    assert!(above.open_joints().is_none());
 }

@@ -23,7 +23,7 @@ pub(super) fn provenance(
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let within = reached.zip(args.how.reach.as_deref()).map_or_else(String::new, |(r, scene)| {
         let all = r.kept.len() + r.left_out.len();
-        Provenance::reach(&name(scene), r.kept.len(), all)
+        Provenance::reach(&name(scene), &r.kept, all)
     });
     Ok(Provenance {
         cad_file: name(&args.file),

@@ -190,7 +190,7 @@ pub struct RunRecord {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub holder_lift: Option<HolderLiftRecord>,
     /// The first blank holder under force that the sheet left.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub holder_lost: Option<HolderLostRecord>,
     /// Contact pressure under each blank holder: a tool that a force presses against a stationary one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -6,6 +6,7 @@
 
 use super::curvature::corners;
 use super::sharp_edge::Opposite;
+use crate::holding::lower_faces;
 use kanagata_contact::Projection;
 use kanagata_geometry::frame::unit;
 use kanagata_geometry::{Aabb, Vec3};
@@ -16,6 +17,8 @@ use kanagata_tool::Patch;
 const CLEARANCE_MAX_REL: f64 = 1.5;
 /// Smallest cosine between a tool's direction and the normal of a face of its front.
 const FRONT_COS_MIN: f64 = 0.9;
+/// Largest number of columns of the blank at which a front is examined; more are thinned out evenly.
+const COLUMNS_MAX: usize = 4096;
 /// Smallest cosine between the direction and the normal of a face that presses the sheet into a recess.
 const ANVIL_COS_MIN: f64 = 0.95;
 /// Tolerance of positions over the thickness of the sheet.
@@ -39,24 +42,12 @@ pub(super) fn opposite_tools(
 }
 
 /// Whether tool `other` opposes more than half of the front of `tool`, at a clearance of about the thickness: the tool
-/// cannot advance at any force. The front over the sheet is examined, or all of it where the sheet is beside it.
+/// cannot advance at any force. The front over the blank counts; without any, that over the other tool.
 pub(super) fn opposes(setup: &SimulationSetup, other: usize, tool: usize) -> bool {
     let (own, other) = (&setup.tools[tool], &setup.tools[other]);
-    let patches = own.surface.model().patches.iter();
-    let all: Vec<(Vec3, f64)> = patches
-        .flat_map(|patch| front_samples(patch, &own.direction))
-        .map(|(x, area)| (x + own.offset, area))
-        .collect();
-    let flat = |x: &Vec3| x - own.direction * x.dot(&own.direction);
-    let sheet: Vec<Vec3> = setup.body.mesh().nodes.iter().map(flat).collect();
-    let (sheet, thickness) = (Aabb::of_points(&sheet), setup.body.mesh().mean_thickness());
-    let tolerance = POSITION_TOLERANCE_REL * thickness;
-    let over: Vec<(Vec3, f64)> = all
-        .iter()
-        .filter(|place| sheet.distance_squared(&flat(&place.0)) < tolerance * tolerance)
-        .copied()
-        .collect();
-    let places = if over.is_empty() { all } else { over };
+    let thickness = setup.body.mesh().mean_thickness();
+    let over_blank = front_over_blank(setup, own);
+    let places = if over_blank.is_empty() { front_over_tool(own, other) } else { over_blank };
     let along = |place: &(Vec3, f64)| place.0.dot(&own.direction);
     let front = places.iter().map(along).fold(f64::NEG_INFINITY, f64::max);
     let (points, areas): (Vec<Vec3>, Vec<f64>) = places
@@ -71,6 +62,38 @@ pub(super) fn opposes(setup: &SimulationSetup, other: usize, tool: usize) -> boo
     };
     let met: f64 = feet.iter().zip(&areas).filter(|(f, _)| meets(f)).map(|(_, area)| area).sum();
     met > 0.5 * areas.iter().sum::<f64>()
+}
+
+/// Points of the front of a tool over the columns of the blank, at most [`COLUMNS_MAX`] of them, each with the area of the
+/// blank that belongs to it [mm, mm²].
+fn front_over_blank(setup: &SimulationSetup, own: &ToolSetup) -> Vec<(Vec3, f64)> {
+    let mesh = setup.body.mesh();
+    let faces = lower_faces(mesh, &mesh.nodes, &own.direction);
+    let step = faces.len().div_ceil(COLUMNS_MAX).max(1);
+    let faces: Vec<(Vec3, f64)> = faces.into_iter().step_by(step).collect();
+    let points: Vec<Vec3> = faces.iter().map(|(x, _)| x - own.offset).collect();
+    let feet = own.surface.closest_of_all(&points, &[]);
+    let over = feet.iter().zip(&faces).filter_map(|(foot, (_, area))| {
+        let looks = foot.normal.dot(&own.direction) > FRONT_COS_MIN;
+        (looks && !foot.past_border).then_some((foot.point + own.offset, *area))
+    });
+    over.collect()
+}
+
+/// Sampled points of the front of a tool within the box of another one, seen along the direction of the first; all of them
+/// where there are none.
+fn front_over_tool(own: &ToolSetup, other: &ToolSetup) -> Vec<(Vec3, f64)> {
+    let patches = own.surface.model().patches.iter();
+    let all: Vec<(Vec3, f64)> = patches
+        .flat_map(|patch| front_samples(patch, &own.direction))
+        .map(|(x, area)| (x + own.offset, area))
+        .collect();
+    let flat = |x: &Vec3| x - own.direction * x.dot(&own.direction);
+    let corners = other.surface.bounds().corners().map(|x| flat(&(x + other.offset)));
+    let bounds = Aabb::of_points(&corners);
+    let is_over = |place: &&(Vec3, f64)| bounds.distance_squared(&flat(&place.0)) == 0.0;
+    let over: Vec<(Vec3, f64)> = all.iter().filter(is_over).copied().collect();
+    if over.is_empty() { all } else { over }
 }
 
 /// Sampled points of a patch whose normal is along `direction`, each with its part of the area [mm²].

@@ -95,7 +95,7 @@ fn tools_of_different_units_are_named_with_their_sizes() {
         text(&call("kanagata", folder.path(), &args.concat()).stderr)
     };
     let decimetres = warned("SI_UNIT(.DECI.,.METRE.)");
-    assert!(decimetres.contains("warning: die is 260.0 mm across"), "{decimetres}");
+    assert!(decimetres.contains(" is 260.0 mm across and punch is 12000.0 mm"), "{decimetres}");
     assert!(decimetres.contains("check the units of their files"), "{decimetres}");
     assert!(!warned("SI_UNIT(.MILLI.,.METRE.)").contains("warning"));
 }

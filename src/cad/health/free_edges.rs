@@ -72,8 +72,8 @@ impl Model {
         let (gap, widest) = *open.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
         let at = self.edges[widest.edge].curve.point(middle(&self.edges[widest.edge].curve));
         Some(format!(
-            "{} free edges run beside edges of other faces, up to {gap:.3e} mm away (edge of {} at ({:.3}, {:.3}, {:.3}) mm): they are not \
-             joined within {:.1e} mm, and a tool is open there",
+            "{} free edges run beside edges of other faces, up to {gap:.3e} mm away (edge of {} at ({:.3}, {:.3}, {:.3}) mm): the \
+             faces are not joined there (joining tolerance {:.1e} mm), and a tool is open",
             open.len(),
             self.faces[widest.face].source,
             at.x,

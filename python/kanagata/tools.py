@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -60,13 +61,14 @@ class MadeTool(NamedTuple):
     """Tool file, relative to the scene."""
 
 
-def make_tools(scene: str | os.PathLike[str], set: Sequence[str] = ()) -> list[MadeTool]:
+def make_tools(scene: str | os.PathLike[str], set: Mapping[str, Any] | None = None) -> list[MadeTool]:
     """Makes the tool files of a scene whose tools have ``cad``, of the faces that the sheet can touch.
 
-    ``set`` gives other values, each ``"PATH=VALUE"`` as ``Scene(path, set)`` has them. Tools that are not those of the
-    scene's file then get files of their own; ``f"tools.{m.name}.file={m.file}"`` names them to ``Scene``.
+    ``set`` gives other values, as ``Scene(path, set)`` has them. Tools that are not those of the scene's file then get files
+    of their own; ``{f"tools.{m.name}.file": m.file}`` names them to ``Scene``.
     """
-    return [MadeTool(*made) for made in _kanagata.make_tools(scene, list(set))]
+    values = [f"{path}={json.dumps(value)}" for path, value in (set or {}).items()]
+    return [MadeTool(*made) for made in _kanagata.make_tools(scene, values)]
 
 
 def audit(

@@ -81,11 +81,11 @@ def test_tools_are_made_from_the_cad_of_a_scene_once(root, tmp_path):
     assert all(m.tool.shape_error_mm <= 0.05 for m in made)
     assert not any(m.is_new for m in kanagata.make_tools(tmp_path / "dome.scene.json"))
     assert kanagata.Scene(tmp_path / "dome.scene.json").tools == ["die", "punch"]
-    finer = ["tools.die.cad.tol_mm=0.02"]
+    finer = {"tools.die.cad.tol_mm": 0.02}
     die, punch = kanagata.make_tools(tmp_path / "dome.scene.json", finer)
     assert die.is_new and die.file.startswith("die-") and die.tool.shape_error_mm <= 0.02
     assert not punch.is_new and punch.file == scene["tools"][1]["file"]
-    assert kanagata.Scene(tmp_path / "dome.scene.json", [*finer, f"tools.die.file={die.file}"]).tools == ["die", "punch"]
+    assert kanagata.Scene(tmp_path / "dome.scene.json", {**finer, "tools.die.file": die.file}).tools == ["die", "punch"]
     assert not any(m.is_new for m in kanagata.make_tools(tmp_path / "dome.scene.json"))
 
 

@@ -92,19 +92,17 @@ pub fn make_tools_watched(
                 is_of_scene(&own.0, folder, (tool, &provenance), (&cad, &scene_name))
             });
         let file = if is_own { tool.file.clone() } else { variant_file(&tool.file, &provenance) };
-        let earlier = earlier_tool(&folder.join(&file), given.tol_mm, &provenance);
-        let is_new = earlier.is_none();
-        let result = match earlier {
-            Some(tool) => tool.with_doubts(source.doubts()),
-            None => {
-                note(&tool.name);
-                let new = converted(&source, &settings, provenance).map_err(|e| cad.named(e))?;
-                new.write(folder.join(&file))?;
-                new
-            }
-        };
         let (name, is_variant) = (tool.name.clone(), !is_own);
-        made.push(MadeTool { name, file, is_variant, tool: result, is_new });
+        let earlier = earlier_tool(&folder.join(&file), given.tol_mm, &provenance);
+        if let Some(tool) = earlier {
+            let tool = tool.with_doubts(source.doubts());
+            made.push(MadeTool { name, file, is_variant, tool, is_new: false });
+            continue;
+        }
+        note(&name);
+        let tool = converted(&source, &settings, provenance).map_err(|e| cad.named(e))?;
+        tool.write(folder.join(&file))?;
+        made.push(MadeTool { name, file, is_variant, tool, is_new: true });
     }
     Ok(made)
 }

@@ -47,8 +47,27 @@ def faces_of(shape):
     return found
 
 
+def projected(face, point):
+    """Distance of a point to its projections on the surface of a face, of those within its borders."""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepClass import BRepClass_FaceClassifier
+    from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
+    from OCP.TopAbs import TopAbs_State
+    from OCP.TopoDS import TopoDS
+    from OCP.gp import gp_Pnt, gp_Pnt2d
+    face = TopoDS.Face_s(face) if hasattr(TopoDS, "Face_s") else TopoDS.Face(face)
+    found = GeomAPI_ProjectPointOnSurf(gp_Pnt(*map(float, point)), BRep_Tool.Surface_s(face))
+    best = math.inf
+    for k in range(1, found.NbPoints() + 1):
+        place = gp_Pnt2d(*found.Parameters(k))
+        if BRepClass_FaceClassifier(face, place, 1e-7).State() != TopAbs_State.TopAbs_OUT:
+            best = min(best, found.Distance(k))
+    return best
+
+
 def distance(faces, point):
-    """Distance of a point to the closest of the kernel's trimmed faces."""
+    """Distance of a point to the closest of the kernel's trimmed faces. The kernel's distance of a vertex and a face misses
+    feet inside faces of tilted IGES files, so that projections on the surfaces count too."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
     from OCP.gp import gp_Pnt
@@ -61,6 +80,7 @@ def distance(faces, point):
         found = BRepExtrema_DistShapeShape(vertex, faces[k][0])
         if found.IsDone():
             best = min(best, found.Value())
+        best = min(best, projected(faces[k][0], point))
     return best
 
 

@@ -37,7 +37,8 @@ impl RunFolder {
     /// holder under force and the tools opposite.
     pub(super) fn record_holder_lost(&mut self, report: &IncrementReport<'_>, positions: &[Vec3]) {
         let watched = |holder: &&Holder| {
-            holder.is_forced(report.stage) && !holder.has_stop && holder.is_on_blank()
+            let presses = report.tools[holder.tool].force > 0.0;
+            presses && holder.is_forced(report.stage) && !holder.has_stop && holder.is_on_blank()
         };
         if self.record.holder_lost.is_some() || report.increment == 0 {
             return;

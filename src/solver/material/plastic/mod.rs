@@ -150,6 +150,8 @@ impl Plastic {
 }
 
 mod general;
+#[cfg(test)]
+mod lanes;
 mod points;
 mod quadratic;
 #[cfg(test)]

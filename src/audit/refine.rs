@@ -49,29 +49,48 @@ pub(super) struct Extremes {
 }
 
 impl Extremes {
-    /// Raises the extremes by the estimated excess between grid points: that of the parabola through the point and its
-    /// neighbours.
-    fn raise_by_parabolas(&mut self, grid: &PatchSamples) {
-        self.max.delta += parabola_excess(grid, Quantity::Max, &self.max);
-        self.min.delta -= parabola_excess(grid, Quantity::Min, &self.min);
-        if let Some(normal) = &mut self.normal {
-            let excess = parabola_excess(grid, Quantity::Normal, normal);
-            normal.normal_deg = normal.normal_deg.map(|deg| deg + excess);
+    /// The extreme of a quantity.
+    fn of(&self, quantity: Quantity) -> Option<&Sample> {
+        match quantity {
+            Quantity::Max => Some(&self.max),
+            Quantity::Min => Some(&self.min),
+            Quantity::Normal => self.normal.as_ref(),
+        }
+    }
+
+    /// Takes `sample` as extreme of a quantity where it is larger.
+    fn raise(&mut self, quantity: Quantity, sample: Sample) {
+        let before = self.of(quantity).and_then(|s| quantity.of(s));
+        if quantity.of(&sample) <= before {
+            return;
+        }
+        match quantity {
+            Quantity::Max => self.max = sample,
+            Quantity::Min => self.min = sample,
+            Quantity::Normal => self.normal = Some(sample),
         }
     }
 }
 
-/// Largest excess over the value at a grid point of the parabolas through it and its neighbours on opposite sides.
-fn parabola_excess(grid: &PatchSamples, quantity: Quantity, top: &Sample) -> f64 {
-    let at = [top.eta, top.zeta].map(|x| (x * grid.n as f64).round() as usize);
-    let Some(centre) = quantity.of(top) else { return 0.0 };
-    let of = |[di, dj]: [isize; 2]| {
-        let ahead = neighbour(grid, quantity, at, [di, dj])?;
-        let behind = neighbour(grid, quantity, at, [-di, -dj])?;
-        let (slope, bend) = (0.5 * (ahead - behind), ahead - 2.0 * centre + behind);
-        (bend < 0.0).then(|| -0.5 * slope * slope / bend)
-    };
-    DIRECTIONS[..4].iter().filter_map(|&d| of(d)).fold(0.0, f64::max)
+/// Raises the extremes by one point of each patch, the vertex of the parabola through its grid extreme and the points around
+/// it. Patches are left out where four times the height of that parabola does not exceed the grid extreme of their face.
+fn raise_by_vertices<R: ReferenceSurface>(
+    probes: &[Probe<'_, R>],
+    samples: &[PatchSamples],
+    (options, found): (&AuditOptions, &mut [Extremes]),
+) {
+    let unlimited = AuditOptions { refine: usize::MAX, ..options.clone() };
+    for (e, _) in candidates(probes, samples, &unlimited) {
+        let (probe, grid, own) = (&probes[e.patch], &samples[e.patch], &mut found[e.patch]);
+        let vertex = own.of(e.quantity).and_then(|&sample| {
+            let value = e.quantity.of(&sample)?;
+            let at = [sample.eta, sample.zeta].map(|x| (x * grid.n as f64).round() as usize);
+            let ring = DIRECTIONS.map(|d| neighbour(grid, e.quantity, at, d));
+            let search = MaximumSearch { probe, quantity: e.quantity };
+            search.parabola_vertex(&Top { value, sample }, &ring, 1.0 / grid.n as f64)
+        });
+        vertex.into_iter().for_each(|top| own.raise(e.quantity, top.sample));
+    }
 }
 
 /// Grid value of a quantity on a patch, and the possible excess between grid points.
@@ -90,7 +109,7 @@ pub(super) fn extremes<R: ReferenceSurface>(
 ) -> Vec<Extremes> {
     let mut found: Vec<Extremes> = samples.iter().filter_map(on_grid).collect();
     if options.refine == 0 {
-        found.iter_mut().zip(samples).for_each(|(e, grid)| e.raise_by_parabolas(grid));
+        raise_by_vertices(probes, samples, (options, &mut found));
         return found;
     }
     let work = candidates(probes, samples, options);
@@ -103,14 +122,7 @@ pub(super) fn extremes<R: ReferenceSurface>(
     let refined: Vec<Option<Sample>> = work.par_iter().map(refine).collect();
     for ((e, _), sample) in work.iter().zip(refined) {
         let (Some(sample), Some(own)) = (sample, found.get_mut(e.patch)) else { continue };
-        match e.quantity {
-            Quantity::Max if sample.delta > own.max.delta => own.max = sample,
-            Quantity::Min if sample.delta < own.min.delta => own.min = sample,
-            Quantity::Normal if sample.normal_deg > own.normal.and_then(|s| s.normal_deg) => {
-                own.normal = Some(sample);
-            }
-            _ => {}
-        }
+        own.raise(e.quantity, sample);
     }
     found
 }

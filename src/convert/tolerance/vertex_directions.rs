@@ -19,6 +19,9 @@ pub(super) const CREASE_SINE_MIN: f64 = 0.5;
 const SMOOTH_SINE_MAX: f64 = 2e-3;
 /// Maximum slide over the distance to the nearest vertex of the flat in that direction.
 const SLIDE_RATIO_MAX: f64 = 0.35;
+/// Cosine of the angle between a slide and the way to a vertex above which that vertex limits the slide. Below, it is beside the
+/// way, as the image of the vertex at a symmetry plane through the border; rounding does not decide.
+const AHEAD_COSINE_MIN: f64 = 0.1;
 /// Cosine of the angle between the inward directions of two borders of a flat above which they form one smooth border.
 const SMOOTH_BORDER_COSINE_MIN: f64 = 0.9;
 
@@ -241,9 +244,10 @@ impl VertexPatches<'_> {
     ) -> Option<f64> {
         let corners = inside.iter().flat_map(|&(k, _)| &self.tool.corners[k].vertices);
         let others = corners.filter(|w| **w as usize != v && !border.contains(w));
-        let ahead = others
-            .map(|&w| (self.point(w) - self.tool.vertices[v]).dot(along) / along.norm_squared());
-        ahead.filter(|&depth| depth > 1e-9).min_by(f64::total_cmp)
+        let way = others.map(|&w| self.point(w) - self.tool.vertices[v]);
+        let is_ahead = |way: &Vec3| way.dot(along) > AHEAD_COSINE_MIN * way.norm() * along.norm();
+        let depths = way.filter(is_ahead).map(|way| way.dot(along) / along.norm_squared());
+        depths.min_by(f64::total_cmp)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Doubts about a tool from its audit: exceeded tolerances, missing faces, unsuitability for contact.
 
-use super::report::AuditReport;
+use super::report::{AuditReport, OpenJoints};
+use kanagata_cad::Model;
 use kanagata_report::doubt::{Doubt, DoubtCode, place_mm};
 
 /// Maximum number of patches or faces listed in a doubt.
@@ -16,7 +17,7 @@ pub fn doubts(r: &AuditReport) -> Vec<Doubt> {
 /// As [`doubts`]; `advice` is the last sentence where a tolerance, given with its unit, is exceeded.
 #[must_use]
 pub fn doubts_advising(r: &AuditReport, advice: &dyn Fn(String) -> String) -> Vec<Doubt> {
-    let exceeded = [shape(r, advice), borders(r, advice), gap(r), normals(r, advice)];
+    let exceeded = [shape(r, advice), borders(r, advice), gap(r), normals(r, advice), open(r)];
     [lost(r), folded(r), points(r)].into_iter().chain(exceeded).flatten().collect()
 }
 
@@ -91,6 +92,28 @@ fn gap(r: &AuditReport) -> Option<Doubt> {
         "Patches of neighbouring faces are {found:.5} mm apart at {place}; allowed: {limit} mm. Convert with conforming borders."
     );
     Some(Doubt::of(DoubtCode::GapsExceeded, place, [found, limit], text))
+}
+
+/// Open joints of the CAD wider than the allowed error, or than that of the tool where none is given.
+fn open(r: &AuditReport) -> Option<Doubt> {
+    doubt_of(&r.open_joints, r.tolerance_mm.unwrap_or(r.worst_mm()))
+}
+
+/// The doubt that faces of `model` end beside each other, more than `limit` [mm] apart, and are not joined.
+#[must_use]
+pub fn open_joints_doubt(model: &Model, limit: f64) -> Option<Doubt> {
+    doubt_of(&model.open_joints(|_| true)?.into(), limit.max(model.join_tolerance))
+}
+
+fn doubt_of(open: &OpenJoints, limit: f64) -> Option<Doubt> {
+    let place = open.at.map_or_else(String::new, |at| place_mm(&at));
+    let found = open.widest_mm;
+    let text = format!(
+        "Faces end {found:.5} mm beside each other at {place} and are not joined ({} edges): the sheet finds no tool there. Join \
+         them in the CAD.",
+        open.edges
+    );
+    (found > limit).then(|| Doubt::of(DoubtCode::OpenJoints, place, [found, limit], text))
 }
 
 fn normals(r: &AuditReport, advice: &dyn Fn(String) -> String) -> Option<Doubt> {

@@ -39,7 +39,7 @@ pub mod view;
 
 use rayon::prelude::*;
 
-pub use doubts::{doubts, doubts_advising};
+pub use doubts::{doubts, doubts_advising, open_joints_doubt};
 pub use gaps::OpenSide;
 use kanagata_geometry::Vec2;
 use kanagata_tool::ToolModel;
@@ -130,6 +130,10 @@ pub fn audit_from(
         options,
     );
     report.faces_lost = reference.lost_faces();
+    if options.borders {
+        let faces = tool.faces.iter().copied().collect();
+        report.open_joints = reference.open_joints(&faces).map(Into::into).unwrap_or_default();
+    }
     report.doubts = doubts(&report);
     Ok(Audit { report, samples })
 }

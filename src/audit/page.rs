@@ -93,10 +93,18 @@ fn answers(page: &mut Page, r: &AuditReport) {
             "largest jump of normals across a smooth edge",
             format!("{} degrees{jump}", number(j.normal_deg)),
         ),
+        ("free edges beside those of other faces", open_joints(r)),
         ("folded patches", count(r.folded.len())),
         ("lost faces of the CAD", count(r.faces_lost.len())),
     ];
     two_columns(page, rows);
+}
+
+/// Free edges that run beside those of other faces, with the widest gap.
+fn open_joints(r: &AuditReport) -> String {
+    let open = &r.open_joints;
+    let place = open.at.map(|at| format!("{} mm at {}", number(open.widest_mm), place_mm(&at)));
+    place.map_or_else(|| "none".into(), |place| format!("{}, up to {place}", open.edges))
 }
 
 /// A count, or none.

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use kanagata_cad::Model;
 use kanagata_cad::closest::ClosestPoint;
+use kanagata_cad::health::OpenJoints;
 use kanagata_cad::model::{Edge, Face, Foot, FootLocation};
 use kanagata_cad::raw::LostFace;
 use kanagata_geometry::box_tree::BoxTree;
@@ -57,6 +58,12 @@ pub trait ReferenceSurface: Sync {
     /// Faces of the file missing from the surface.
     fn lost_faces(&self) -> Vec<LostFace> {
         Vec::new()
+    }
+
+    /// Free edges of `faces` that run beside those of others of them, which are not joined there; `None` without any, and
+    /// within the joining tolerance.
+    fn open_joints(&self, _faces: &BTreeSet<u32>) -> Option<OpenJoints> {
+        None
     }
 
     /// The border of `face` closest to `p`; `None` when no border is known.
@@ -308,6 +315,11 @@ impl ReferenceSurface for CadReference<'_> {
 
     fn lost_faces(&self) -> Vec<LostFace> {
         self.model.lost.clone()
+    }
+
+    fn open_joints(&self, faces: &BTreeSet<u32>) -> Option<OpenJoints> {
+        let found = self.model.open_joints(|face| faces.contains(&(face as u32)))?;
+        (found.widest_mm > self.model.join_tolerance).then_some(found)
     }
 
     fn border(&self, p: &Vec3, face: u32) -> Option<Border> {

@@ -69,6 +69,9 @@ pub struct AuditReport {
     /// Free borders of the tool against those of the CAD faces that it has patches of.
     #[serde(default)]
     pub borders: Borders,
+    /// Edges of the CAD at which faces end beside each other without being joined: the tool is open there, as its CAD is.
+    #[serde(default)]
+    pub open_joints: OpenJoints,
     /// By CAD face, in order of face ids.
     pub faces: Vec<FaceAudit>,
     /// Patches with the largest |shape error|, worst first.
@@ -121,6 +124,19 @@ pub struct Jumps {
     pub crease_deg: f64,
 }
 
+/// Free edges of the CAD that run beside free edges of other faces.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct OpenJoints {
+    /// Number of such edges.
+    pub edges: usize,
+    /// Largest distance of a point of such an edge from the nearest one of another face [mm].
+    pub widest_mm: f64,
+    /// Where that edge has its middle [mm].
+    pub at: Option<[f64; 3]>,
+    /// Its face.
+    pub face: Option<u32>,
+}
+
 /// Free borders: trim lines and openings beyond which there is no surface. Distances are exact at points along them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Borders {
@@ -140,6 +156,17 @@ pub struct Borders {
     pub at: Option<[f64; 3]>,
     /// CAD face there.
     pub face: Option<u32>,
+}
+
+impl From<kanagata_cad::health::OpenJoints> for OpenJoints {
+    fn from(found: kanagata_cad::health::OpenJoints) -> Self {
+        Self {
+            edges: found.edges,
+            widest_mm: found.widest_mm,
+            at: Some(found.at.into()),
+            face: Some(found.face as u32),
+        }
+    }
 }
 
 impl Borders {

@@ -8,7 +8,9 @@ use super::area::{area, max_subdivisions};
 use super::borders::Compared;
 use super::options::AuditOptions;
 use super::refine::Extremes;
-use super::report::{AuditReport, FaceAudit, Jumps, PatchAudit, Percentiles, WorstPatch};
+use super::report::{
+    AuditReport, FaceAudit, Jumps, OpenJoints, PatchAudit, Percentiles, WorstPatch,
+};
 use super::sample::{PatchSamples, Sample};
 use kanagata_tool::{Patch, ToolModel};
 
@@ -124,6 +126,7 @@ pub(super) fn report(found: &Found<'_>, options: &AuditOptions) -> AuditReport {
         folded: (0u32..).zip(&sums).filter(|(_, s)| s.normal > 90.0).map(|(k, _)| k).collect(),
         jumps: found.jumps,
         borders: found.borders.whole,
+        open_joints: OpenJoints::default(),
         doubts: Vec::new(),
         faces_lost: Vec::new(),
         faces: by_face(&found.tool.faces, &sums, &found.borders),

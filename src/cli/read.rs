@@ -34,7 +34,7 @@ pub(super) fn read_model(path: &Path, lost: LostFaces) -> Result<Model, Failure>
             usable::list_of(&model.lost)
         );
     }
-    if let Some(text) = model.open_joints() {
+    if let Some(text) = model.open_joints_text() {
         err!("warning: {}: {text}; repair the CAD there", path.display());
     }
     Ok(model)

@@ -83,11 +83,12 @@ impl Cad {
         self.model.lost.iter().map(|f| [f.source.clone(), f.reason.clone()]).collect()
     }
 
-    /// Warnings about the content of the file: code, place, text.
+    /// Warnings about the content of the file: code, place, text; and faces that end beside each other without being joined.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let warnings = self.diagnostics.iter().filter(|d| d.severity == Severity::Warning);
-        warnings.map(|d| format!("{} {}: {}", d.code, d.place, d.text)).collect()
+        let texts = warnings.map(|d| format!("{} {}: {}", d.code, d.place, d.text));
+        texts.chain(self.model.open_joints_text()).collect()
     }
 
     /// Converts the faces to a tool.

@@ -5,6 +5,7 @@ use std::time::Duration;
 use super::convert::ConvertSettings;
 use super::error::Error;
 use super::tool::Tool;
+use crate::audit::open_joints_doubt;
 use crate::cad::Model;
 use crate::cad::offset::{OffsetReport, offset_model_watched};
 use crate::convert::bezier::{BezierOptions, FINEST, within_tolerance};
@@ -16,7 +17,7 @@ use crate::convert::{ConvertOptions, renumber};
 use crate::geometry::Vec3;
 use crate::mesh::mapped::{self, MappedOptions};
 use crate::reach::{Zone, within_reach};
-use crate::report::doubt::Doubt;
+use crate::report::doubt::{Doubt, DoubtCode};
 use crate::tool::edge::EdgeRule;
 use crate::tool::file::Provenance;
 use crate::tool::selection::FaceSelection;
@@ -103,9 +104,11 @@ impl Source {
         Some(FaceSelection { faces, ..FaceSelection::default() })
     }
 
-    /// Doubts about the offset.
-    pub(super) fn doubts(&self) -> Vec<Doubt> {
-        self.offset.iter().flat_map(offset_doubts).collect()
+    /// Doubts about the offset, and about faces that are not joined, farther apart than the tolerance.
+    pub(super) fn doubts(&self, settings: &ConvertSettings) -> Vec<Doubt> {
+        let of_offset = self.offset.iter().flat_map(offset_doubts);
+        let limit = settings.tolerance_mm.unwrap_or(f64::INFINITY);
+        of_offset.chain(open_joints_doubt(&self.model, limit)).collect()
     }
 }
 
@@ -122,7 +125,9 @@ pub(super) fn converted(
     if !source.kept.is_empty() {
         renumber(&mut model, &source.kept);
     }
-    doubts.extend(source.doubts());
+    let known: Vec<DoubtCode> = doubts.iter().map(|doubt| doubt.code).collect();
+    let of_source = source.doubts(settings).into_iter();
+    doubts.extend(of_source.filter(|doubt| !known.contains(&doubt.code)));
     let provenance = Provenance { shape_error_mm: error_mm, ..provenance };
     Ok(Tool::made(model, EdgeRule::Guarded, provenance, doubts))
 }

@@ -256,6 +256,10 @@ codes! {
     GapsExceeded "gaps-exceeded" "audit"
         "`tolerance_mm` of the audit"
         "Patches of neighbouring faces are farther apart than asked.";
+    /// Faces of the CAD that end beside each other without being joined.
+    OpenJoints "open-joints" "audit, convert"
+        "`tolerance_mm` of the audit; without it, the shape error of the tool"
+        "Faces of the CAD end beside each other and are not joined: the tool has a gap there, which its shape error does not show.";
     /// Normal error above its tolerance.
     NormalsExceeded "normals-exceeded" "audit"
         "`normal_tolerance_deg` of the audit"

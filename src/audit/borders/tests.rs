@@ -11,7 +11,6 @@ use kanagata_cad::Model;
 use kanagata_cad::raw::LostFace;
 use kanagata_geometry::nurbs::Surface;
 use kanagata_geometry::{Frame, Vec3};
-#[cfg(feature = "pages")]
 use kanagata_report::doubt::DoubtCode;
 use kanagata_tool::{Patch, ToolKind, ToolModel};
 
@@ -102,8 +101,8 @@ fn a_hole_that_is_closed_is_found_from_the_cad() {
     assert_eq!(report.within_tolerance, Some(false));
 }
 
-/// Two adjacent squares of side 10 whose faces have no common edge.
-fn unjoined() -> Model {
+/// Two squares of side 10 beside each other whose faces have no common edge.
+fn unjoined(gap: f64) -> Model {
     let square = |x: f64| {
         whole(Surface::plane(
             &Frame { origin: Vec3::x() * x, ..Frame::world() },
@@ -111,7 +110,7 @@ fn unjoined() -> Model {
             [0.0, 10.0],
         ))
     };
-    joined(vec![square(0.0), square(10.0)])
+    joined(vec![square(0.0), square(10.0 + gap)])
 }
 
 fn square(x: f64) -> Patch {
@@ -121,7 +120,7 @@ fn square(x: f64) -> Patch {
 
 #[test]
 fn faces_that_meet_without_a_common_edge_have_no_border_there_and_left_out_faces_leave_one() {
-    let model = unjoined();
+    let model = unjoined(0.0);
     let both = run(&tool(vec![square(0.0), square(10.0)], vec![0, 1]), &model).report;
     assert!(both.borders.deviation_mm() < 1e-6, "{:?}", both.borders);
     assert_eq!((both.borders.tool_sides, both.within_tolerance), (6, Some(true)));
@@ -137,6 +136,29 @@ fn faces_that_meet_without_a_common_edge_have_no_border_there_and_left_out_faces
     let half = run(&tool(vec![square(0.0), half], vec![0, 1]), &model).report;
     assert!((half.borders.cad_to_tool_mm - 5.0).abs() < 1e-6, "{:?}", half.borders);
     assert_eq!((half.borders.face, half.within_tolerance), (Some(1), Some(false)));
+}
+
+/// A slit of 0.15 mm between faces, which the shape error does not show, is a doubt where 0.1 mm are allowed and where no
+/// patch is as far off; not where 0.5 mm are, nor for a tool of one of the faces.
+#[test]
+fn faces_that_are_not_joined_are_a_doubt_above_the_tolerance() {
+    let model = unjoined(0.15);
+    let codes = |faces: &[f64], tolerance_mm: Option<f64>| {
+        let patches = faces.iter().map(|&x| square(x)).collect();
+        let tool = tool(patches, (0..).take(faces.len()).collect());
+        let options = AuditOptions { tolerance_mm, ..AuditOptions::default() };
+        let report = audit(&tool, &CadReference::new(&model), &options).unwrap().report;
+        let codes: Vec<DoubtCode> = report.doubts.iter().map(|doubt| doubt.code).collect();
+        (report.open_joints.edges, report.open_joints.widest_mm, codes)
+    };
+    let both = [0.0, 10.15];
+    for tolerance in [Some(0.1), None] {
+        let (edges, widest, codes) = codes(&both, tolerance);
+        assert_eq!((edges, codes), (2, vec![DoubtCode::OpenJoints]));
+        assert!((widest - 0.15).abs() < 1e-9, "{widest}");
+    }
+    assert_eq!(codes(&both, Some(0.5)).2, []);
+    assert_eq!(codes(&both[..1], Some(0.1)), (0, 0.0, vec![]));
 }
 
 #[test]

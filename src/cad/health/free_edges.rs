@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{
     FreeEdge, GAP_MAX_REL, GAP_PROJECTIONS_MIN, GAP_PROJECTIONS_TOTAL, GAP_SAMPLES,
-    OPEN_JOINT_MAX_REL, samples,
+    OPEN_JOINT_MAX_REL, OpenJoints, samples,
 };
 use crate::Model;
 use crate::attributes::BodyKind;
@@ -28,10 +28,13 @@ struct Gaps {
 }
 
 impl Model {
-    /// Edges used by a single face, longest first.
-    pub(super) fn free_edges(&self) -> Vec<FreeEdge> {
-        let free: Vec<usize> =
-            (0..self.edges.len()).filter(|&k| self.edges[k].uses.len() == 1).collect();
+    /// Edges used by a single face that is one of those taken, longest first.
+    pub(super) fn free_edges(&self, is_taken: impl Fn(usize) -> bool) -> Vec<FreeEdge> {
+        let is_free = |k: &usize| match &self.edges[*k].uses[..] {
+            [only] => is_taken(only[0]),
+            _ => false,
+        };
+        let free: Vec<usize> = (0..self.edges.len()).filter(is_free).collect();
         let gaps = Gaps::between(self, &free);
         let face_of = |edge: usize| self.edges[edge].uses[0][0];
         let one = |k: usize| {
@@ -63,22 +66,31 @@ impl Model {
         f == g || (own != other && is_body(own) && is_body(other))
     }
 
-    /// A sentence on the free edges that run beside those of other faces; `None` without any.
+    /// Free edges of the faces taken that run beside those of other such faces; `None` without any.
     #[must_use]
-    pub fn open_joints(&self) -> Option<String> {
-        let free = self.free_edges();
+    pub fn open_joints(&self, is_taken: impl Fn(usize) -> bool) -> Option<OpenJoints> {
+        let free = self.free_edges(is_taken);
         let open: Vec<(f64, &FreeEdge)> =
             free.iter().filter_map(|edge| Some((edge.open_joint_mm?, edge))).collect();
-        let (gap, widest) = *open.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let at = self.edges[widest.edge].curve.point(middle(&self.edges[widest.edge].curve));
+        let (widest_mm, widest) = *open.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let curve = &self.edges[widest.edge].curve;
+        let at = curve.point(middle(curve));
+        Some(OpenJoints { edges: open.len(), widest_mm, face: widest.face, at })
+    }
+
+    /// A sentence on the open joints between all faces; `None` without any.
+    #[must_use]
+    pub fn open_joints_text(&self) -> Option<String> {
+        let found = self.open_joints(|_| true)?;
         Some(format!(
-            "{} free edges run beside edges of other faces, up to {gap:.3e} mm away (edge of {} at ({:.3}, {:.3}, {:.3}) mm): the \
-             faces are not joined there (joining tolerance {:.1e} mm), and a tool is open",
-            open.len(),
-            self.faces[widest.face].source,
-            at.x,
-            at.y,
-            at.z,
+            "{} free edges run beside edges of other faces, up to {:.3e} mm away (edge of {} at ({:.3}, {:.3}, {:.3}) mm): the faces \
+             are not joined there (joining tolerance {:.1e} mm), and a tool is open",
+            found.edges,
+            found.widest_mm,
+            self.faces[found.face].source,
+            found.at.x,
+            found.at.y,
+            found.at.z,
             self.join_tolerance
         ))
     }

@@ -84,6 +84,19 @@ pub struct FreeEdge {
     pub open_joint_mm: Option<f64>,
 }
 
+/// Free edges that run beside those of other faces, which are not joined there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OpenJoints {
+    /// Number of such edges.
+    pub edges: usize,
+    /// Largest distance of their points from the nearest free edge of another face [mm].
+    pub widest_mm: f64,
+    /// The face of the edge with that distance.
+    pub face: usize,
+    /// The middle of that edge [mm].
+    pub at: Vec3,
+}
+
 /// Faces connected across edges.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Part {
@@ -142,7 +155,7 @@ impl Model {
     /// Examines the joined model for defects.
     #[must_use]
     pub fn health(&self) -> Health {
-        let free_edges = self.free_edges();
+        let free_edges = self.free_edges(|_| true);
         let crowded = |k: &usize| self.edges[*k].uses.len() > 2;
         let gaps: Vec<f64> =
             self.edges.par_iter().filter(|e| e.uses.len() > 1).map(|e| self.gap(e)).collect();

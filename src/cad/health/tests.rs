@@ -65,11 +65,11 @@ fn a_face_twice_there_and_a_gap_are_found() {
     let free = open.health().free_edges;
     let gaps: Vec<f64> = free.iter().filter_map(|e| e.gap_mm).collect();
     assert!(gaps.iter().any(|g| (g - 0.01).abs() < 1e-6), "{gaps:?}");
-    let said = open.open_joints().unwrap();
+    let said = open.open_joints_text().unwrap();
     assert!(said.contains("up to 1.000e-2 mm away"), "{said}");
     assert_eq!(open.health().free_edges, free);
     assert!(open.health().verdict().contains(" beside other faces, up to 1.00e-2 mm away)"));
-    assert!(whole.open_joints().is_none());
+    assert!(whole.open_joints_text().is_none());
 }
 
 /// A strip between x = 0 and 100, 10 mm wide, folded `count` times.
@@ -190,5 +190,5 @@ fn faces_that_end_beside_each_other_are_open_joints() {
     assert!(far.free_edges.iter().all(|e| e.open_joint_mm.is_none()), "{far:?}");
     let above = plates(0.0, 0.3);
     assert!(above.health().free_edges.iter().all(|e| e.gap_mm.is_some()));
-    assert!(above.open_joints().is_none());
+    assert!(above.open_joints_text().is_none());
 }

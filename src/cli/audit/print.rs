@@ -38,6 +38,13 @@ pub(super) fn print_report(r: &AuditReport) {
     );
     print_jumps(&r.jumps);
     print_borders(r);
+    if let Some([x, y, z]) = r.open_joints.at {
+        out!(
+            "  {} free edges of the CAD run beside those of other faces, up to {:.5} mm away, widest at ({x:.3}, {y:.3}, {z:.3}) mm",
+            r.open_joints.edges,
+            r.open_joints.widest_mm
+        );
+    }
     if !r.folded.is_empty() {
         out!(
             "  {} patches fold, the first ones {:?}",

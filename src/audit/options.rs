@@ -7,8 +7,11 @@ use kanagata_progress::Progress;
 pub struct AuditOptions {
     /// Intervals of the sample grid per patch side (1 to 256).
     pub samples: usize,
-    /// Maximum number of patches per CAD face around whose worst points the extremes are refined.
+    /// Maximum number of patches per CAD face around whose worst points the extremes are refined. With 0, one more point of
+    /// each patch that matters is evaluated.
     pub refine: usize,
+    /// With `refine` 0: whether the extremes are estimated from the grid instead, which costs nothing.
+    pub estimate: bool,
     /// Whether the extremes of the normal error are refined as well, instead of taken from the grid.
     pub refine_normals: bool,
     /// Whether the areas of patches are integrated, instead of summed over the grid.
@@ -30,6 +33,7 @@ impl Default for AuditOptions {
         Self {
             samples: 8,
             refine: 256,
+            estimate: false,
             refine_normals: true,
             areas: true,
             borders: true,

@@ -70,6 +70,30 @@ impl Extremes {
             Quantity::Normal => self.normal = Some(sample),
         }
     }
+
+    /// Raises the extremes by the estimated excess between grid points: that of the parabola through the point and its
+    /// neighbours. It is too large where the error falls on one side only, by up to a sixth of the error.
+    fn raise_by_parabolas(&mut self, grid: &PatchSamples) {
+        self.max.delta += parabola_excess(grid, Quantity::Max, &self.max);
+        self.min.delta -= parabola_excess(grid, Quantity::Min, &self.min);
+        if let Some(normal) = &mut self.normal {
+            let excess = parabola_excess(grid, Quantity::Normal, normal);
+            normal.normal_deg = normal.normal_deg.map(|deg| deg + excess);
+        }
+    }
+}
+
+/// Largest excess over the value at a grid point of the parabolas through it and its neighbours on opposite sides.
+fn parabola_excess(grid: &PatchSamples, quantity: Quantity, top: &Sample) -> f64 {
+    let at = [top.eta, top.zeta].map(|x| (x * grid.n as f64).round() as usize);
+    let Some(centre) = quantity.of(top) else { return 0.0 };
+    let of = |[di, dj]: [isize; 2]| {
+        let ahead = neighbour(grid, quantity, at, [di, dj])?;
+        let behind = neighbour(grid, quantity, at, [-di, -dj])?;
+        let (slope, bend) = (0.5 * (ahead - behind), ahead - 2.0 * centre + behind);
+        (bend < 0.0).then(|| -0.5 * slope * slope / bend)
+    };
+    DIRECTIONS[..4].iter().filter_map(|&d| of(d)).fold(0.0, f64::max)
 }
 
 /// Raises the extremes by one point of each patch, the vertex of the parabola through its grid extreme and the points around
@@ -109,7 +133,11 @@ pub(super) fn extremes<R: ReferenceSurface>(
 ) -> Vec<Extremes> {
     let mut found: Vec<Extremes> = samples.iter().filter_map(on_grid).collect();
     if options.refine == 0 {
-        raise_by_vertices(probes, samples, (options, &mut found));
+        if options.estimate {
+            found.iter_mut().zip(samples).for_each(|(e, grid)| e.raise_by_parabolas(grid));
+        } else {
+            raise_by_vertices(probes, samples, (options, &mut found));
+        }
         return found;
     }
     let work = candidates(probes, samples, options);

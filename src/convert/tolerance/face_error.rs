@@ -202,6 +202,8 @@ impl<'a> FaceEvaluator<'a> {
         AuditOptions {
             samples: 4,
             refine: if self.normals { REFINED_PATCHES } else { 0 },
+            // In the complete model the errors of faces are rather larger.
+            estimate: true,
             areas: false,
             borders: false,
             worst: WORST_PATCHES,

@@ -20,10 +20,6 @@ pub(super) struct Faults {
     pub folded: Vec<usize>,
 }
 
-/// Distance from a free border over the shape error above which both have one cause: both are found between points. With 0.9,
-/// errors of other places are taken for those of the border.
-const BORDER_RATIO_MIN: f64 = 0.99;
-
 impl Faults {
     /// True when the model satisfies the goal.
     pub fn is_empty(&self) -> bool {
@@ -68,8 +64,7 @@ impl ErrorContext<'_> {
         errors: &LargestErrors,
         patches: usize,
     ) -> ToleranceError {
-        // A patch beyond a free border is off the surface by as much as its side is off the border, which is what is wrong.
-        let at_border = errors.border.0 > BORDER_RATIO_MIN * errors.shape.0;
+        let at_border = errors.border.0 > errors.shape.0;
         let (length, at) = if at_border { errors.border } else { errors.shape };
         let by_length = length / goal.tol_mm >= errors.normal_deg / goal.normal_deg;
         let is_border = by_length && at_border;

@@ -102,15 +102,16 @@ fn open(r: &AuditReport) -> Option<Doubt> {
 /// The doubt that faces of `model` end beside each other, more than `limit` [mm] apart, and are not joined.
 #[must_use]
 pub fn open_joints_doubt(model: &Model, limit: f64) -> Option<Doubt> {
-    doubt_of(&model.open_joints(|_| true)?.into(), limit.max(model.join_tolerance))
+    doubt_of(&model.open_joints(|_| true)?.into(), limit)
 }
 
 fn doubt_of(open: &OpenJoints, limit: f64) -> Option<Doubt> {
+    let limit = limit.max(open.join_tolerance_mm);
     let place = open.at.map_or_else(String::new, |at| place_mm(&at));
     let found = open.widest_mm;
     let text = format!(
-        "Faces end {found:.5} mm beside each other at {place} and are not joined ({} edges): the sheet finds no tool there. Join \
-         them in the CAD.",
+        "Faces of the CAD end {found:.5} mm beside each other at {place} and are not joined ({} edges); allowed: {limit:.5} mm. The \
+         tool is open there. Join them in the CAD.",
         open.edges
     );
     (found > limit).then(|| Doubt::of(DoubtCode::OpenJoints, place, [found, limit], text))

@@ -130,7 +130,8 @@ pub fn audit_from(
         options,
     );
     report.faces_lost = reference.lost_faces();
-    if options.borders {
+    // The audits of a search do without, as without areas.
+    if options.borders && options.areas {
         let faces = tool.faces.iter().copied().collect();
         report.open_joints = reference.open_joints(&faces).map(Into::into).unwrap_or_default();
     }

@@ -60,8 +60,7 @@ pub trait ReferenceSurface: Sync {
         Vec::new()
     }
 
-    /// Free edges of `faces` that run beside those of others of them, which are not joined there; `None` without any, and
-    /// within the joining tolerance.
+    /// Free edges of `faces` that run beside those of others of them, which are not joined there; `None` without any.
     fn open_joints(&self, _faces: &BTreeSet<u32>) -> Option<OpenJoints> {
         None
     }
@@ -318,8 +317,7 @@ impl ReferenceSurface for CadReference<'_> {
     }
 
     fn open_joints(&self, faces: &BTreeSet<u32>) -> Option<OpenJoints> {
-        let found = self.model.open_joints(|face| faces.contains(&(face as u32)))?;
-        (found.widest_mm > self.model.join_tolerance).then_some(found)
+        self.model.open_joints(|face| faces.contains(&(face as u32)))
     }
 
     fn border(&self, p: &Vec3, face: u32) -> Option<Border> {

@@ -72,7 +72,7 @@ impl Extremes {
     }
 
     /// Raises the extremes by the estimated excess between grid points: that of the parabola through the point and its
-    /// neighbours. It is too large where the error falls on one side only, by up to a sixth of the error.
+    /// neighbours. It is too large where the error falls on one side only: 11 % on a sphere.
     fn raise_by_parabolas(&mut self, grid: &PatchSamples) {
         self.max.delta += parabola_excess(grid, Quantity::Max, &self.max);
         self.min.delta -= parabola_excess(grid, Quantity::Min, &self.min);
@@ -97,7 +97,7 @@ fn parabola_excess(grid: &PatchSamples, quantity: Quantity, top: &Sample) -> f64
 }
 
 /// Raises the extremes by one point of each patch, the vertex of the parabola through its grid extreme and the points around
-/// it. Patches are left out where four times the height of that parabola does not exceed the grid extreme of their face.
+/// it. Patches are left out whose grid extreme and [`Estimate::slack`] together are below the grid extreme of their face.
 fn raise_by_vertices<R: ReferenceSurface>(
     probes: &[Probe<'_, R>],
     samples: &[PatchSamples],

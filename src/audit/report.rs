@@ -131,10 +131,12 @@ pub struct OpenJoints {
     pub edges: usize,
     /// Largest distance of a point of such an edge from the nearest one of another face [mm].
     pub widest_mm: f64,
-    /// Where that edge has its middle [mm].
+    /// Where that is [mm].
     pub at: Option<[f64; 3]>,
-    /// Its face.
+    /// The face of that edge.
     pub face: Option<u32>,
+    /// Distance within which edges of the CAD are joined [mm].
+    pub join_tolerance_mm: f64,
 }
 
 /// Free borders: trim lines and openings beyond which there is no surface. Distances are exact at points along them.
@@ -165,6 +167,7 @@ impl From<kanagata_cad::health::OpenJoints> for OpenJoints {
             widest_mm: found.widest_mm,
             at: Some(found.at.into()),
             face: Some(found.face as u32),
+            join_tolerance_mm: found.join_tolerance_mm,
         }
     }
 }

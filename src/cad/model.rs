@@ -29,6 +29,8 @@ pub struct Model {
     /// Edges, used by one face (free), two, or more. Where faces meet along part of an edge it is split, so that every
     /// use is an entire edge.
     pub edges: Vec<Edge>,
+    /// Edges that a face which is not taken uses too: they are free in this model, and not in the CAD.
+    pub left_out: std::collections::BTreeSet<usize>,
     /// Corner points [mm].
     pub vertices: Vec<Vec3>,
     /// Largest gap closed by joining [mm].

@@ -38,9 +38,12 @@ pub fn subset(model: &Model, kept: &[usize]) -> Model {
     out.faces = kept.iter().map(|&f| model.faces[f].clone()).collect();
     // The lists of parts of one CAD face would need the new face numbers. They serve only meshes of complete models.
     out.cut.clear();
-    for edge in &mut out.edges {
-        let uses = edge.uses.iter();
+    for (k, edge) in out.edges.iter_mut().enumerate() {
+        let (before, uses) = (edge.uses.len(), edge.uses.iter());
         edge.uses = uses.filter_map(|u| Some([*new_number.get(&u[0])?, u[1], u[2]])).collect();
+        if edge.uses.len() < before {
+            out.left_out.insert(k);
+        }
     }
     out
 }

@@ -104,11 +104,12 @@ impl Source {
         Some(FaceSelection { faces, ..FaceSelection::default() })
     }
 
-    /// Doubts about the offset, and about faces that are not joined, farther apart than the tolerance.
-    pub(super) fn doubts(&self, settings: &ConvertSettings) -> Vec<Doubt> {
+    /// Doubts about the offset, and about faces that are not joined, farther apart than `limit_mm`; without it, which neither
+    /// a tolerance nor a shape error gives, about the offset only.
+    pub(super) fn doubts(&self, limit_mm: Option<f64>) -> Vec<Doubt> {
         let of_offset = self.offset.iter().flat_map(offset_doubts);
-        let limit = settings.tolerance_mm.unwrap_or(f64::INFINITY);
-        of_offset.chain(open_joints_doubt(&self.model, limit)).collect()
+        let open = limit_mm.and_then(|limit| open_joints_doubt(&self.model, limit));
+        of_offset.chain(open).collect()
     }
 }
 
@@ -126,7 +127,7 @@ pub(super) fn converted(
         renumber(&mut model, &source.kept);
     }
     let known: Vec<DoubtCode> = doubts.iter().map(|doubt| doubt.code).collect();
-    let of_source = source.doubts(settings).into_iter();
+    let of_source = source.doubts(settings.tolerance_mm.or(error_mm)).into_iter();
     doubts.extend(of_source.filter(|doubt| !known.contains(&doubt.code)));
     let provenance = Provenance { shape_error_mm: error_mm, ..provenance };
     Ok(Tool::made(model, EdgeRule::Guarded, provenance, doubts))

@@ -95,7 +95,7 @@ pub fn make_tools_watched(
         let (name, is_variant) = (tool.name.clone(), !is_own);
         let earlier = earlier_tool(&folder.join(&file), given.tol_mm, &provenance);
         if let Some(tool) = earlier {
-            let tool = tool.with_doubts(source.doubts(&settings));
+            let tool = tool.with_doubts(source.doubts(Some(given.tol_mm)));
             made.push(MadeTool { name, file, is_variant, tool, is_new: false });
             continue;
         }

@@ -9,7 +9,7 @@ use super::{
 use crate::Model;
 use crate::attributes::BodyKind;
 use kanagata_geometry::box_tree::BoxTree;
-use kanagata_geometry::nurbs::{Curve3, CurveProjector};
+use kanagata_geometry::nurbs::CurveProjector;
 use kanagata_geometry::{Aabb, Vec3};
 
 /// Search structure for the gaps between free edges.
@@ -38,19 +38,24 @@ impl Model {
         let gaps = Gaps::between(self, &free);
         let face_of = |edge: usize| self.edges[edge].uses[0][0];
         let one = |k: usize| {
-            let (gap_mm, gap_measured) = gaps.largest(k, |other| other == k);
+            let (gap, gap_measured) = gaps.largest(k, |other| other == k);
             let length_mm = self.edges[free[k]].curve.length();
-            let is_beside = |gap: &f64| *gap <= OPEN_JOINT_MAX_REL * length_mm;
-            let apart = |other: usize| self.are_no_joint([k, other].map(|k| face_of(free[k])));
-            let near = gap_mm.filter(is_beside).and_then(|_| gaps.largest(k, apart).0);
-            let near = near.filter(is_beside).filter(|_| !gaps.is_stacked(self, k, apart));
+            let is_beside = |gap: &(f64, Vec3)| gap.0 <= OPEN_JOINT_MAX_REL * length_mm;
+            let is_cut = |k: usize| self.left_out.contains(&free[k]);
+            let apart = |other: usize| {
+                is_cut(other) || self.are_no_joint([k, other].map(|k| face_of(free[k])))
+            };
+            let near = gap.filter(is_beside).filter(|_| !is_cut(k));
+            let near = near.and_then(|_| gaps.largest(k, apart).0).filter(is_beside);
+            let near = near.filter(|_| gaps.leaves_face(self, k, apart));
             FreeEdge {
                 edge: free[k],
                 face: face_of(free[k]),
                 length_mm,
-                gap_mm,
+                gap_mm: gap.map(|gap| gap.0),
                 gap_measured,
-                open_joint_mm: near,
+                open_joint_mm: near.map(|near| near.0),
+                open_joint_at: near.map(|near| near.1),
             }
         };
         let mut out: Vec<FreeEdge> = (0..free.len()).into_par_iter().map(one).collect();
@@ -73,9 +78,13 @@ impl Model {
         let open: Vec<(f64, &FreeEdge)> =
             free.iter().filter_map(|edge| Some((edge.open_joint_mm?, edge))).collect();
         let (widest_mm, widest) = *open.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let curve = &self.edges[widest.edge].curve;
-        let at = curve.point(middle(curve));
-        Some(OpenJoints { edges: open.len(), widest_mm, face: widest.face, at })
+        Some(OpenJoints {
+            edges: open.len(),
+            widest_mm,
+            face: widest.face,
+            at: widest.open_joint_at?,
+            join_tolerance_mm: self.join_tolerance,
+        })
     }
 
     /// A sentence on the open joints between all faces; `None` without any.
@@ -83,7 +92,7 @@ impl Model {
     pub fn open_joints_text(&self) -> Option<String> {
         let found = self.open_joints(|_| true)?;
         Some(format!(
-            "{} free edges run beside edges of other faces, up to {:.3e} mm away (edge of {} at ({:.3}, {:.3}, {:.3}) mm): the faces \
+            "{} free edges run beside edges of other faces, up to {:.3e} mm away ({} at ({:.3}, {:.3}, {:.3}) mm): the faces \
              are not joined there (joining tolerance {:.1e} mm), and a tool is open",
             found.edges,
             found.widest_mm,
@@ -94,12 +103,6 @@ impl Model {
             self.join_tolerance
         ))
     }
-}
-
-/// Parameter in the middle of a curve.
-fn middle(curve: &Curve3) -> f64 {
-    let [a, b] = curve.domain();
-    0.5 * (a + b)
 }
 
 impl Gaps {
@@ -117,15 +120,16 @@ impl Gaps {
         Self { points, curves, tree, limit, budget, edges: free.to_vec() }
     }
 
-    /// True when the nearest edge without those to `skip` lies above or below the face of the edge `own`, as the other side
-    /// of a sheet does, and not beside it. In the middle of the edge.
-    fn is_stacked(&self, model: &Model, own: usize, skip: impl Fn(usize) -> bool) -> bool {
+    /// True when the nearest edge without those to `skip` lies beyond the face of the edge `own`, within 60 degrees of the direction
+    /// in which the face ends: not on the other side of a sheet, nor of the face itself. In the middle of the edge; also where
+    /// both are one to rounding.
+    fn leaves_face(&self, model: &Model, own: usize, skip: impl Fn(usize) -> bool) -> bool {
         let [f, l, k] = model.edges[self.edges[own]].uses[0];
         let (face, pcurve) = (&model.faces[f], &model.faces[f].loops[l].uses[k].pcurve);
         let [a, b] = pcurve.domain();
-        let uv = pcurve.point(0.5 * (a + b));
-        let Some(normal) = face.surface.normal(uv) else { return false };
-        let p = face.surface.point(uv);
+        let trim = pcurve.derivs(0.5 * (a + b));
+        let d = face.surface.derivs(trim.c);
+        let (p, along) = (d.s, d.su * trim.d1.x + d.sv * trim.d1.y);
         let mut nearest = None;
         self.tree.nearest(&p, f64::INFINITY, |k, best| {
             if skip(k as usize) {
@@ -139,15 +143,18 @@ impl Gaps {
         });
         nearest.is_some_and(|(k, t)| {
             let away = model.edges[self.edges[k]].curve.point(t) - p;
-            away.dot(&normal).powi(2) > 0.5 * away.norm_squared()
+            // Loops have their face to the left.
+            let outward = along.cross(&d.su.cross(&d.sv));
+            away.norm() <= model.join_tolerance
+                || away.dot(&outward) > 0.5 * away.norm() * outward.norm()
         })
     }
 
-    /// Largest distance [mm] of the edge `own` from the other free edges without those to `skip`, `None` beyond the
-    /// limit. The flag is false when the projection budget was exhausted.
-    fn largest(&self, own: usize, skip: impl Fn(usize) -> bool) -> (Option<f64>, bool) {
+    /// Largest distance [mm] of the edge `own` from the other free edges without those to `skip`, and its point; `None` beyond
+    /// the limit. The flag is false when the projection budget was exhausted.
+    fn largest(&self, own: usize, skip: impl Fn(usize) -> bool) -> (Option<(f64, Vec3)>, bool) {
         let Self { limit, budget, .. } = *self;
-        let (mut worst, mut left) = (0.0_f64, budget);
+        let (mut worst, mut left) = ((0.0_f64, self.points[own][GAP_SAMPLES / 2]), budget);
         for p in &self.points[own][1..GAP_SAMPLES - 1] {
             // Distances beyond the largest gap are not searched.
             let start = (limit * limit).next_up();
@@ -164,9 +171,11 @@ impl Gaps {
             if found >= start {
                 return (None, true);
             }
-            worst = worst.max(found);
+            if found > worst.0 {
+                worst = (found, *p);
+            }
         }
-        let worst = worst.sqrt();
-        ((worst <= limit).then_some(worst), true)
+        let worst = (worst.0.sqrt(), worst.1);
+        ((worst.0 <= limit).then_some(worst), true)
     }
 }

@@ -82,6 +82,9 @@ pub struct FreeEdge {
     /// Largest distance of its points from the nearest free edge of another face [mm], where it is at most a twentieth
     /// of the length: both faces end here and are not joined.
     pub open_joint_mm: Option<f64>,
+    /// The point with that distance [mm].
+    #[serde(skip)]
+    pub open_joint_at: Option<Vec3>,
 }
 
 /// Free edges that run beside those of other faces, which are not joined there.
@@ -93,8 +96,10 @@ pub struct OpenJoints {
     pub widest_mm: f64,
     /// The face of the edge with that distance.
     pub face: usize,
-    /// The middle of that edge [mm].
+    /// The point with that distance [mm].
     pub at: Vec3,
+    /// Distance within which edges are joined [mm].
+    pub join_tolerance_mm: f64,
 }
 
 /// Faces connected across edges.

@@ -188,6 +188,9 @@ fn faces_that_end_beside_each_other_are_open_joints() {
     let far = plates(100.8, 0.0).health();
     assert_eq!(far.free_edges.iter().filter(|e| e.gap_mm.is_some()).count(), 2);
     assert!(far.free_edges.iter().all(|e| e.open_joint_mm.is_none()), "{far:?}");
+    // A strip 0.4 mm wide of two faces: its sides are beside each other, with the strip between them.
+    let strip = plates(-99.6, 0.0).health();
+    assert!(strip.free_edges.iter().all(|e| e.open_joint_mm.is_none()), "{strip:?}");
     let above = plates(0.0, 0.3);
     assert!(above.health().free_edges.iter().all(|e| e.gap_mm.is_some()));
     assert!(above.open_joints_text().is_none());

@@ -11,10 +11,10 @@ use crate::convert::bezier::Within;
 use crate::reach::Reached;
 use crate::report::doubt::Doubt;
 
-/// A tool whose file is written, with doubts about the offset of the CAD.
+/// A tool whose file is written, with doubts about its CAD or the offset of it.
 pub(super) struct Made {
     pub(super) tool: MadeTool,
-    pub(super) offset_doubts: Vec<Doubt>,
+    pub(super) source_doubts: Vec<Doubt>,
 }
 
 /// A tool by the kind of its patches.
@@ -38,14 +38,14 @@ impl Made {
         }
     }
 
-    /// Doubts about the tool: of its offset, and tolerances that are exceeded.
+    /// Doubts about the tool: of its CAD or the offset, and tolerances that are exceeded.
     pub(super) fn doubts(&self) -> Vec<Doubt> {
         let fit = match &self.tool {
             MadeTool::Patches { made, .. } => made.refined.as_ref(),
             MadeTool::Bezier { .. } => None,
         };
-        let of_offset = self.offset_doubts.iter().cloned();
-        of_offset.chain(fit.into_iter().flat_map(Fit::doubts)).collect()
+        let of_source = self.source_doubts.iter().cloned();
+        of_source.chain(fit.into_iter().flat_map(Fit::doubts)).collect()
     }
 
     /// Numbers of faces and patches, and the shape error where it is known.

@@ -11,6 +11,7 @@ use super::made::{Made, MadeTool};
 use super::offset::offset_of;
 use super::options::{options, stem};
 use super::provenance::provenance;
+use crate::audit::open_joints_doubt;
 use crate::cad::Model;
 use crate::cli::exit::Failure;
 use crate::cli::skip::{renumbered, skipping};
@@ -39,7 +40,16 @@ pub(super) fn make_tool(args: &ConvertArgs, whole: &Model) -> Result<Made, Failu
     let made = tool_of(args, whole, numbers, moved.as_ref().map(|m| m.report.distance_mm));
     let tool =
         made.map_err(|failure| renumbered(failure, |f| numbers.map_or(f, |numbers| numbers[f])))?;
-    Ok(Made { tool, offset_doubts: moved.map_or_else(Vec::new, |m| doubts(&m.report)) })
+    // The audit of other patches has it.
+    let open = match &tool {
+        MadeTool::Bezier { within, reached } => {
+            let model = reached.as_ref().map_or(whole, |r| &r.model);
+            open_joints_doubt(model, args.how.tol.unwrap_or(within.report.error_mm))
+        }
+        MadeTool::Patches { .. } => None,
+    };
+    let of_offset = moved.as_ref().map_or_else(Vec::new, |m| doubts(&m.report));
+    Ok(Made { tool, source_doubts: of_offset.into_iter().chain(open).collect() })
 }
 
 /// Makes the tool of a model; `numbers` are those of its faces in the file, which is offset by `offset_mm`.

@@ -6,6 +6,7 @@ use super::chosen::Chosen;
 use kanagata_audit::reference::{
     Border, BorderEdge, CadReference, ReferenceFoot, ReferenceSurface,
 };
+use kanagata_cad::health::OpenJoints;
 use kanagata_cad::raw::LostFace;
 use kanagata_geometry::Vec3;
 use kanagata_tool::ToolModel;
@@ -53,6 +54,11 @@ impl ReferenceSurface for ChosenReference<'_> {
 
     fn lost_faces(&self) -> Vec<LostFace> {
         self.inner.lost_faces()
+    }
+
+    fn open_joints(&self, faces: &BTreeSet<u32>) -> Option<OpenJoints> {
+        let found = self.inner.open_joints(&self.own_faces(faces))?;
+        Some(OpenJoints { face: self.whole(found.face as u32) as usize, ..found })
     }
 
     fn border(&self, p: &Vec3, face: u32) -> Option<Border> {

@@ -2,8 +2,14 @@
 
 use std::path::Path;
 
+use super::chosen::Chosen;
+use super::reference::ChosenReference;
 use super::{SelectError, choose};
+use crate::shapes::{joined, whole};
+use kanagata_audit::ReferenceSurface;
 use kanagata_cad::{Creases, Model};
+use kanagata_geometry::Frame;
+use kanagata_geometry::nurbs::Surface;
 use kanagata_tool::selection::{FaceSelection, Facing, SelectionBox};
 
 fn press(name: &str) -> Model {
@@ -132,4 +138,30 @@ fn what_chooses_nothing_is_an_error_with_the_nearest_names() {
         let bad = FaceSelection { facing: Some(facing), ..FaceSelection::default() };
         assert!(matches!(choose(&model, &bad), Err(SelectError::Direction { .. })));
     }
+}
+
+/// Rectangles between these places along x, 10 high, joined where they meet.
+fn strips(places: &[[f64; 2]]) -> Model {
+    let strip =
+        |&[low, high]: &[f64; 2]| whole(Surface::plane(&Frame::world(), [low, high], [0.0, 10.0]));
+    joined(places.iter().map(strip).collect()).joined_within(1e-6)
+}
+
+/// Where a narrow face between two others is left out, its neighbours are not joined in the tool, but in the CAD they are: no
+/// open joint. A slit of the same width in the CAD is one, with the numbers of the complete model.
+#[test]
+fn sides_of_a_face_that_is_left_out_are_no_open_joint() {
+    let joints = |model: &Model, own: &[usize]| {
+        let chosen = Chosen::new(model, own, own.to_vec());
+        let taken = own.iter().map(|&f| f as u32).collect();
+        ChosenReference::new(&chosen).open_joints(&taken)
+    };
+    let groove = strips(&[[0.0, 10.0], [10.0, 10.15], [10.15, 20.15]]);
+    assert_eq!(groove.open_joints(|_| true), None);
+    assert_eq!(joints(&groove, &[0, 2]), None);
+    let slit = strips(&[[-20.0, -10.0], [0.0, 10.0], [10.15, 20.15]]);
+    let found = joints(&slit, &[1, 2]).unwrap();
+    assert!((found.widest_mm - 0.15).abs() < 1e-9 && found.edges == 2, "{found:?}");
+    assert!([1, 2].contains(&found.face) && (found.at.x - 10.0).abs() < 0.2, "{found:?}");
+    assert_eq!(joints(&slit, &[0, 1]), None);
 }

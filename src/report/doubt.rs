@@ -258,7 +258,7 @@ codes! {
         "Patches of neighbouring faces are farther apart than asked.";
     /// Faces of the CAD that end beside each other without being joined.
     OpenJoints "open-joints" "audit, convert"
-        "`tolerance_mm` of the audit, `--tol` of the conversion; an audit without it: the shape error of the tool"
+        "the tolerance of the audit or the conversion; in an audit without one, the shape error of the tool"
         "Faces of the CAD end beside each other and are not joined: the tool has a gap there, which its shape error does not show.";
     /// Normal error above its tolerance.
     NormalsExceeded "normals-exceeded" "audit"

@@ -106,6 +106,10 @@ pub fn run(
     let ended = run
         .advance_all(&mut simulation, &mut folder, next, watch)
         .and_then(|outcome| run.end(&simulation, &mut folder, outcome, section));
+    if ended.is_err() {
+        // In a folder that another run has taken over, files are missing or foreign.
+        run.check_lock()?;
+    }
     if let Err(error @ RunError::Write(_)) = &ended {
         folder.record_write_error(error);
     }

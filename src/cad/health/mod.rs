@@ -153,6 +153,7 @@ impl Model {
             }
         }
         out.join_tolerance = tolerance;
+        out.left_out.clear();
         join(&mut out, pieces, tolerance);
         out
     }

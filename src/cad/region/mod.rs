@@ -20,6 +20,8 @@ mod tests;
 mod trace;
 mod track;
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 
 pub use self::error::RegionError;
@@ -27,8 +29,10 @@ pub use self::plan::PlanCurve;
 
 use self::cut::{Cut, FaceCut};
 use super::loops::Side;
-use super::model::{EdgeUse, Face, Model, TrimLoop};
+use super::model::{Edge, EdgeUse, Face, Model, TrimLoop};
 use super::topology::{Piece, join};
+use kanagata_geometry::Aabb;
+use kanagata_geometry::nurbs::Curve3;
 
 /// A model whose faces lie inside or outside the curve.
 #[derive(Debug, Clone)]
@@ -117,4 +121,24 @@ fn rejoin(out: &mut Model, model: &Model, sides: Vec<Option<Vec<Vec<Side>>>>, to
     out.cut.clear();
     out.edges.clear();
     join(out, pieces, tolerance);
+    out.left_out = left_out_edges(out, model, tolerance);
+}
+
+/// The free edges of `out` along those of `model` that a face which is not taken uses too.
+fn left_out_edges(out: &Model, model: &Model, tolerance: f64) -> BTreeSet<usize> {
+    let curve = |&e: &usize| {
+        let curve = &model.edges[e].curve;
+        (Aabb::of_points(curve.points()).widened(tolerance), curve)
+    };
+    let left_out: Vec<(Aabb, &Curve3)> = model.left_out.iter().map(curve).collect();
+    let lies_along = |edge: &Edge| {
+        let [a, b] = edge.curve.domain();
+        let p = edge.curve.point(0.5 * (a + b));
+        let near = |(hull, curve): &(Aabb, &Curve3)| {
+            hull.distance_squared(&p) == 0.0
+                && (curve.point(curve.closest(&p).0) - p).norm() <= tolerance
+        };
+        edge.uses.len() == 1 && left_out.iter().any(near)
+    };
+    (0..out.edges.len()).filter(|&k| lies_along(&out.edges[k])).collect()
 }

@@ -7,6 +7,7 @@ use super::reference::ChosenReference;
 use super::{SelectError, choose};
 use crate::shapes::{joined, whole};
 use kanagata_audit::ReferenceSurface;
+use kanagata_cad::region::{PlanCurve, split};
 use kanagata_cad::{Creases, Model};
 use kanagata_geometry::Frame;
 use kanagata_geometry::nurbs::Surface;
@@ -164,4 +165,14 @@ fn sides_of_a_face_that_is_left_out_are_no_open_joint() {
     assert!((found.widest_mm - 0.15).abs() < 1e-9 && found.edges == 2, "{found:?}");
     assert!([1, 2].contains(&found.face) && (found.at.x - 10.0).abs() < 0.2, "{found:?}");
     assert_eq!(joints(&slit, &[0, 1]), None);
+    // The same where a region cuts the faces, which joins all edges anew.
+    let cut = |model: &Model, own: &[usize]| {
+        let chosen = Chosen::new(model, own, own.to_vec());
+        let lower = PlanCurve::polygon(&[[-1.0, -1.0], [30.0, -1.0], [30.0, 5.0], [-1.0, 5.0]]);
+        let halves = split(&chosen.model, &lower.unwrap(), true).unwrap().model;
+        assert_eq!(halves.faces.len(), 4);
+        halves.open_joints(|_| true)
+    };
+    assert_eq!(cut(&groove, &[0, 2]), None);
+    assert_eq!(cut(&slit, &[1, 2]).unwrap().edges, 4);
 }

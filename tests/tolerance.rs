@@ -349,8 +349,9 @@ fn a_tolerance_never_takes_more_patches_than_the_uniform_mesh_of_the_same_error(
     }
 }
 
-/// Patches of tools with few faces at 1e-3 of their size. An estimate above the error costs eight on the sphere; a slide that a vertex beside its way stops costs seven on the die, whose flat is symmetric about x = y: the image of
-/// a vertex is ahead by rounding only, and files of the same shape differ.
+/// Patches of tools with few faces at 1e-3 of their size. An estimate above the error costs eight on the sphere. A slide that
+/// a vertex beside its way stops costs seven on the die, whose flat is symmetric about x = y: the image of a vertex is
+/// ahead by rounding only, and files of the same shape differ.
 #[test]
 fn neither_estimates_above_the_error_nor_rounding_cost_patches() {
     for (file, tol_mm, most) in [

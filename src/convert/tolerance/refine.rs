@@ -291,8 +291,8 @@ impl Scope<'_> {
         Ok((Refined { tool, report, audit, moved_mm, slid_mm, borders, saved_all }, found))
     }
 
-    /// Audit of a complete model during the search: points of a grid, with a search between them where normals have a
-    /// tolerance.
+    /// Audit of a complete model during the search: points of a grid and one more of each patch, or a search between them
+    /// where normals have a tolerance.
     fn estimate(&self) -> AuditOptions {
         let full = AuditOptions::default();
         let refine = if self.normals { full.refine } else { 0 };

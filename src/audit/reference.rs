@@ -290,7 +290,8 @@ impl ReferenceSurface for CadReference<'_> {
         start: Option<Vec2>,
     ) -> Option<(ReferenceFoot, Option<Vec2>)> {
         if let Some(own) = start.and_then(|start| self.foot_inside(p, face, start)) {
-            let nearer = self.index.closest_within(p, own.distance - self.tie).ok()?;
+            let known = Some((face, own.uv));
+            let nearer = self.index.closest_within(p, own.distance - self.tie, known).ok()?;
             return Some(match nearer {
                 Some(foot) if foot.face as u32 == face => {
                     (self.reference_foot(&foot, None), Some(foot.uv))
@@ -304,7 +305,9 @@ impl ReferenceSurface for CadReference<'_> {
             return Some((self.reference_foot(&self.index.closest(p)?, None), None));
         };
         // Foot point on the own face, unless another face is closer.
-        let nearer = self.index.closest_within(p, own.distance - self.tie).ok()?;
+        let inside = own.location == FootLocation::Inside;
+        let known = inside.then_some((own.face as u32, own.uv));
+        let nearer = self.index.closest_within(p, own.distance - self.tie, known).ok()?;
         let foot = match nearer.filter(|foot| foot.face != own.face) {
             Some(foot) => self.reference_foot(&foot, Some(self.normal(&own))),
             None => self.reference_foot(&own, None),

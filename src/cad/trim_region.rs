@@ -9,15 +9,14 @@ struct Piece {
     points: Vec<(Vec2, f64)>,
     low: Vec2,
     high: Vec2,
-    /// Second coordinates of both ends.
-    ends_y: [f64; 2],
+    chord: Chord,
 }
 
 impl Piece {
     fn new(points: Vec<(Vec2, f64)>) -> Self {
         let part = Part::new(&points);
-        let (low, high, ends_y) = (part.low, part.high, part.ends().map(|end| end.y));
-        Self { points, low, high, ends_y }
+        let (low, high, chord) = (part.low, part.high, part.chord());
+        Self { points, low, high, chord }
     }
 
     fn line(a: Vec2, b: Vec2) -> Self {
@@ -40,18 +39,27 @@ impl Piece {
     }
 
     fn start(&self) -> Vec2 {
-        self.points[0].0 / self.points[0].1
+        self.chord.ends[0]
     }
 
     fn end(&self) -> Vec2 {
-        let (p, w) = self.points[self.points.len() - 1];
-        p / w
+        self.chord.ends[1]
     }
 
-    /// De Casteljau subdivision at the middle.
+    /// Appends the parts of the segment whose control points and chord span at most `area`: points elsewhere need no
+    /// further subdivision.
+    fn divide_to(self, area: f64, depth: u32, out: &mut Vec<Self>) {
+        if depth == 0 || self.chord.widest * self.chord.length <= area {
+            out.push(self);
+        } else {
+            self.halves().into_iter().for_each(|half| half.divide_to(area, depth - 1, out));
+        }
+    }
+
+    /// Both halves.
     fn halves(&self) -> [Self; 2] {
         let (mut left, mut right) = (self.points.clone(), self.points.clone());
-        divide(&mut left, &mut right);
+        divide(&mut left, &mut right, 0.5);
         [Self::new(left), Self::new(right)]
     }
 
@@ -59,9 +67,13 @@ impl Piece {
     fn crossings(&self, uv: Vec2, border: f64) -> Option<i32> {
         let part = Part { points: &self.points, low: self.low, high: self.high };
         if part.is_outside_box(uv, border) {
-            return Some(part.by_ends(uv, self.ends_y));
+            return Some(part.by_ends(uv, self.chord.ends));
         }
-        match self.points.len() {
+        let count = self.points.len();
+        if let Some(crossings) = (count > 2).then(|| self.chord.crossings(uv, border)).flatten() {
+            return Some(crossings);
+        }
+        match count {
             2 => self.line_crossings(uv, border),
             0..=4 => self.crossings_sized::<4>(uv, border),
             5..=10 => self.crossings_sized::<10>(uv, border),
@@ -79,16 +91,30 @@ impl Piece {
         while let Some((mut points, depth)) = stack.pop() {
             let part = Part::new(&points[..count]);
             if part.is_outside_box(uv, border) {
-                winding += part.by_ends(uv, part.ends().map(|end| end.y));
-            } else if let Some(crossings) = part.by_chord(uv, border) {
-                winding += crossings;
-            } else if depth >= SUBDIVISION_DEPTH_MAX || (part.high - part.low).norm() <= border {
-                return None;
-            } else {
-                let mut right = points;
-                divide(&mut points[..count], &mut right[..count]);
-                stack.extend([(points, depth + 1), (right, depth + 1)]);
+                winding += part.by_ends(uv, part.ends());
+                continue;
             }
+            let chord = part.chord();
+            if let Some(crossings) = chord.crossings(uv, border) {
+                winding += crossings;
+                continue;
+            }
+            let ends = chord.widest <= border && chord.is_beside(uv, border);
+            if ends || depth >= SUBDIVISION_DEPTH_MAX || (part.high - part.low).norm() <= border {
+                return None;
+            }
+            let [from, to] = chord.near(uv);
+            let mut rest = points;
+            if to < 1.0 {
+                divide(&mut points[..count], &mut rest[..count], to);
+                stack.push((rest, depth + 1));
+                rest = points;
+            }
+            if from > 0.0 {
+                divide(&mut points[..count], &mut rest[..count], from / to);
+                stack.push((points, depth + 1));
+            }
+            stack.push((rest, depth + 1));
         }
         Some(winding)
     }
@@ -108,14 +134,14 @@ impl Piece {
     }
 }
 
-/// Divides a Bezier segment at its middle by de Casteljau's algorithm. Both slices hold its control points; they become
-/// those of the first and the second half.
-fn divide(left: &mut [(Vec2, f64)], right: &mut [(Vec2, f64)]) {
+/// Divides a Bezier segment at parameter `t` by de Casteljau's algorithm. Both slices hold its control points; they become
+/// those of the part before `t` and of the part after it.
+fn divide(left: &mut [(Vec2, f64)], right: &mut [(Vec2, f64)], t: f64) {
     let degree = right.len() - 1;
     for (r, end) in left.iter_mut().enumerate().skip(1) {
         for k in 0..=degree - r {
             let (a, b) = (right[k], right[k + 1]);
-            right[k] = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
+            right[k] = (a.0 * (1.0 - t) + b.0 * t, a.1 * (1.0 - t) + b.1 * t);
         }
         *end = right[0];
     }
@@ -151,26 +177,63 @@ impl<'a> Part<'a> {
     }
 
     /// Signed ray crossings from the second coordinates of the end points alone.
-    fn by_ends(&self, uv: Vec2, [a, b]: [f64; 2]) -> i32 {
+    fn by_ends(&self, uv: Vec2, [a, b]: [Vec2; 2]) -> i32 {
         if uv.x > self.high.x {
             return 0;
         }
-        i32::from(a <= uv.y && uv.y < b) - i32::from(b <= uv.y && uv.y < a)
+        i32::from(a.y <= uv.y && uv.y < b.y) - i32::from(b.y <= uv.y && uv.y < a.y)
     }
 
-    /// Signed ray crossings of the chord, valid when no control point is as far from the chord as the point: the part can
-    /// then be deformed to its chord without passing over the point.
-    fn by_chord(&self, uv: Vec2, border: f64) -> Option<i32> {
-        let [a, b] = self.ends();
-        let d = b - a;
+    fn chord(&self) -> Chord {
+        let ends = self.ends();
+        let d = ends[1] - ends[0];
         let length = d.norm();
-        if length <= border {
+        let off = |p: &(Vec2, f64)| (d.perp(&(p.0 / p.1 - ends[0])) / length).abs();
+        let widest = self.points.iter().map(off).fold(0.0, f64::max);
+        Chord { ends, length, widest }
+    }
+}
+
+/// The chord of a segment.
+#[derive(Debug, Clone, Copy)]
+struct Chord {
+    ends: [Vec2; 2],
+    length: f64,
+    /// Largest distance of a control point of the segment from the chord.
+    widest: f64,
+}
+
+impl Chord {
+    /// Signed ray crossings of the segment, those of the chord, when no control point is as far from the chord as the
+    /// point: the segment can then be deformed to its chord without passing over the point.
+    fn crossings(&self, uv: Vec2, border: f64) -> Option<i32> {
+        let [a, b] = self.ends;
+        if self.length <= border {
             return None;
         }
-        let side = d.perp(&(uv - a)) / length;
-        let off_chord = |p: &(Vec2, f64)| (d.perp(&(p.0 / p.1 - a)) / length).abs();
-        let widest = self.points.iter().map(off_chord).fold(0.0, f64::max);
-        (side.abs() > widest + border).then(|| crossed(a, b, uv, side))
+        let side = (b - a).perp(&(uv - a)) / self.length;
+        (side.abs() > self.widest + border).then(|| crossed(a, b, uv, side))
+    }
+
+    /// True within `border` of the chord.
+    fn is_beside(&self, uv: Vec2, border: f64) -> bool {
+        let [a, b] = self.ends;
+        let (d, r) = (b - a, uv - a);
+        let along = d.dot(&r) / self.length;
+        d.perp(&r).abs() <= border * self.length
+            && along >= -border
+            && along <= self.length + border
+    }
+
+    /// Range of parameters at which the segment, if it is run through evenly, passes a point no further off than its control
+    /// points; a half of the parameters where that is no part of them. The rest is then outside its box, and the range
+    /// shrinks with the square of its length.
+    fn near(&self, uv: Vec2) -> [f64; 2] {
+        let [a, b] = self.ends;
+        let at = (b - a).dot(&(uv - a)) / (self.length * self.length);
+        let reach = NEAR_RANGE * self.widest / self.length;
+        let range = [at - reach, at + reach].map(|t| t.clamp(0.0, 1.0));
+        if range[1] - range[0] > 0.0 && range[1] - range[0] < 0.5 { range } else { [0.0, 0.5] }
     }
 }
 
@@ -199,10 +262,18 @@ pub struct TrimRegion {
 const STRAIGHT_REL: f64 = 1e-12;
 /// Maximum number of control points of a segment: one more than the largest degree of a curve.
 const CONTROL_POINTS_MAX: usize = 26;
+/// Half of the range of parameters in which a segment may pass a point, over the distance of its control points from its chord
+/// over the length of that. A segment that is not run through evenly needs more divisions with half of it.
+const NEAR_RANGE: f64 = 4.0;
 /// Maximum subdivision depth of a segment before a point near it counts as on it.
 const SUBDIVISION_DEPTH_MAX: u32 = 48;
 /// Width of the boundary zone relative to the size of the region.
 const BOUNDARY_WIDTH_REL: f64 = 1e-9;
+/// Area between a segment and its chord, over that of the bounding box of the loops, above which the segment is divided
+/// once for all tests: a point in it needs a division in each. Halved: an eighth more parts.
+const CHORD_AREA_REL: f64 = 1e-3;
+/// Maximum number of halvings of a segment for that.
+const HALVINGS_MAX: u32 = 5;
 /// Maximum number of rows; fewer for fewer segments.
 const ROWS_MAX: usize = 256;
 
@@ -214,10 +285,13 @@ impl TrimRegion {
         let low = pieces.iter().fold(Vec2::repeat(f64::INFINITY), |m, p| m.inf(&p.low));
         let high = pieces.iter().fold(Vec2::repeat(f64::NEG_INFINITY), |m, p| m.sup(&p.high));
         let border = if pieces.is_empty() { 0.0 } else { BOUNDARY_WIDTH_REL * (high - low).norm() };
+        let area = CHORD_AREA_REL * (high.x - low.x) * (high.y - low.y);
+        let mut parts = Vec::with_capacity(pieces.len());
+        pieces.into_iter().for_each(|piece| piece.divide_to(area, HALVINGS_MAX, &mut parts));
         let [u, v] = face.surface.domain();
         let low = Vec2::new(low.x.max(u[0]), low.y.max(v[0]));
         let high = Vec2::new(high.x.min(u[1]), high.y.min(v[1]));
-        let mut region = Self { rows: Vec::new(), pieces, low, high, border };
+        let mut region = Self { rows: Vec::new(), pieces: parts, low, high, border };
         region.rows = vec![Vec::new(); region.pieces.len().clamp(1, ROWS_MAX)];
         for (k, piece) in region.pieces.iter().enumerate() {
             let [from, to] = [piece.low.y - border, piece.high.y + border].map(|v| region.row(v));

@@ -6,6 +6,8 @@ use kanagata_geometry::Vec2;
 pub(super) struct Best {
     pub distance: f64,
     pub foot: Option<(u32, Vec2)>,
+    /// Face and parameters of a foot point that is known: a local minimum of the distance, of which closer ones are searched.
+    pub known: Option<(u32, Vec2)>,
 }
 
 impl Best {
@@ -15,7 +17,7 @@ impl Best {
         let first = |(f, at): (u32, Vec2)| (face, uv.x, uv.y) < (f, at.x, at.y);
         let tie = distance == self.distance && self.foot.is_none_or(first);
         if (distance < self.distance || tie) && inside() {
-            *self = Self { distance, foot: Some((face, uv)) };
+            (self.distance, self.foot) = (distance, Some((face, uv)));
         }
     }
 }

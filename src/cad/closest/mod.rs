@@ -133,7 +133,8 @@ impl<'m> ClosestPoint<'m> {
         self.nearest(Search::new(p)).ok().flatten()
     }
 
-    /// As [`Self::closest`], restricted to distances below `distance` [mm].
+    /// As [`Self::closest`], restricted to distances below `distance` [mm]. `known`: face and parameters of a foot point of
+    /// which closer ones are searched, if there is one, a local minimum of the distance inside the face.
     ///
     /// # Errors
     /// [`WorkLimitReached`] when the query exceeds its work limit.
@@ -141,12 +142,14 @@ impl<'m> ClosestPoint<'m> {
         &self,
         p: &Vec3,
         distance: f64,
+        known: Option<(u32, Vec2)>,
     ) -> Result<Option<Foot>, WorkLimitReached> {
         if !p.iter().all(|x| x.is_finite()) || distance.is_nan() || distance <= 0.0 {
             return Ok(None);
         }
         let mut search = Search::new(p);
         search.inside.distance = distance * distance;
+        search.inside.known = known;
         Ok(self.nearest(search)?.filter(|foot| foot.distance < distance))
     }
 
@@ -187,14 +190,16 @@ impl<'m> ClosestPoint<'m> {
             return None;
         }
         let mut search = Search::new(p);
-        tree.nearest(p, f64::INFINITY, |k, _| {
-            self.try_leaf(first + k, &mut search);
-            if search.left == 0 { SEARCH_DONE } else { search.inside.distance }
-        });
+        // The edges bound the search of the face, whose foot points may all be outside its loops.
         let (ids, span_tree) = &self.face_spans[face];
-        span_tree.nearest(p, self.reach(&search), |k, _| {
+        span_tree.nearest(p, f64::INFINITY, |k, _| {
             self.try_span(ids[k as usize], &mut search);
             self.reach(&search)
+        });
+        search.inside.distance = self.reach(&search);
+        tree.nearest(p, search.inside.distance, |k, _| {
+            self.try_leaf(first + k, &mut search);
+            if search.left == 0 { SEARCH_DONE } else { search.inside.distance }
         });
         self.answer(&search, Some(face)).ok().flatten()
     }
@@ -336,7 +341,8 @@ fn uv_on_use(face: &Face, used: &EdgeUse, fraction: f64, point: &Vec3, near: f64
     let off = |uv: Vec2| (face.surface.point(uv) - point).norm_squared();
     let mut start = used.pcurve.point(a + (b - a) * fraction);
     let mut smallest = off(start);
-    for k in 0..=8 {
+    let samples = if smallest <= near * near { 0..0 } else { 0..9 };
+    for k in samples {
         let uv = used.pcurve.point(a + (b - a) * f64::from(k) / 8.0);
         let distance = off(uv);
         if distance < smallest {
@@ -350,7 +356,7 @@ impl<'p> Search<'p> {
     fn new(p: &'p Vec3) -> Self {
         Self {
             p,
-            inside: Best { distance: f64::INFINITY, foot: None },
+            inside: Best { distance: f64::INFINITY, foot: None, known: None },
             edge: None,
             left: VISITS_MAX,
         }

@@ -107,6 +107,9 @@ impl Piece {
         (left, memory): (&mut u32, &MemoryBudget),
     ) {
         *left = left.saturating_sub(1);
+        if best.known.is_some_and(|known| self.has_no_other(p, known)) {
+            return;
+        }
         if self.visit(p, region, best) {
             self.search_quarters(p, region, best, (left, memory), SUBDIVISION_DEPTH_MAX);
         }
@@ -151,33 +154,69 @@ impl Piece {
         if self.lower_bound(p) > best.distance {
             return false;
         }
-        let (uv, distance) = self.descend(p);
+        let slopes = self.slopes(p);
+        let convex = self.is_convex(p);
+        let corner = if convex { self.lowest_corner(p, &slopes) } else { None };
+        let (uv, distance) = corner.unwrap_or_else(|| self.descend(p));
         best.take(self.face, uv, distance, || !self.crosses || region.contains(uv));
-        !self.has_single_minimum(p, distance)
+        !convex && !self.has_single_minimum(p, distance, &slopes)
     }
 
-    /// True when the squared distance is convex over the rectangle, has no stationary point in it, or is constant,
-    /// judged at the centre and the corners.
-    fn has_single_minimum(&self, p: &Vec3, found: f64) -> bool {
-        let (mut convex, mut even) = (true, true);
-        let (mut low, mut high) = (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY));
-        for d in &self.samples {
+    /// True when the foot point `known` lies in the rectangle and the squared distance is convex over it: no other point in it
+    /// is closer.
+    fn has_no_other(&self, p: &Vec3, (face, uv): (u32, Vec2)) -> bool {
+        let inside = (0..2).all(|k| self.low[k] <= uv[k] && uv[k] <= self.high[k]);
+        face == self.face && inside && self.is_convex(p)
+    }
+
+    /// True when the squared distance is convex over the rectangle, judged at the centre and the corners.
+    fn is_convex(&self, p: &Vec3) -> bool {
+        self.samples.iter().all(|d| {
             let r = d.s - p;
             let (a, b, c) = (
                 d.su.norm_squared() + r.dot(&d.suu),
                 d.su.dot(&d.sv) + r.dot(&d.suv),
                 d.sv.norm_squared() + r.dot(&d.svv),
             );
-            convex &= a > 0.0 && a * c > b * b;
-            even &= (r.norm_squared() - found).abs() <= 1e-12 * found;
-            let slope = Vec2::new(r.dot(&d.su), r.dot(&d.sv));
-            (low, high) = (low.inf(&slope), high.sup(&slope));
-        }
-        let clear = |k: usize| {
-            let margin = 0.25 * (high[k] - low[k]);
-            low[k] > margin || high[k] < -margin
+            a > 0.0 && a * c > b * b
+        })
+    }
+
+    /// Derivatives of half the squared distance at the centre and the corners.
+    fn slopes(&self, p: &Vec3) -> [Vec2; 5] {
+        self.samples.map(|d| {
+            let r = d.s - p;
+            Vec2::new(r.dot(&d.su), r.dot(&d.sv))
+        })
+    }
+
+    /// The corner at which a convex distance rises into the rectangle: its parameters and the squared distance.
+    fn lowest_corner(&self, p: &Vec3, slopes: &[Vec2; 5]) -> Option<(Vec2, f64)> {
+        let at = |corner: usize, k: usize| {
+            if (corner >> k) & 1 == 0 { self.low[k] } else { self.high[k] }
         };
-        convex || even || clear(0) || clear(1)
+        let rises = |corner: usize, k: usize| {
+            let slope = slopes[corner + 1][k];
+            if (corner >> k) & 1 == 0 { slope >= 0.0 } else { slope <= 0.0 }
+        };
+        let corner = (0..4).find(|&corner| rises(corner, 0) && rises(corner, 1))?;
+        let uv = Vec2::new(at(corner, 0), at(corner, 1));
+        Some((uv, (self.samples[corner + 1].s - p).norm_squared()))
+    }
+
+    /// True when a squared distance that is not convex has no stationary point in the rectangle, or is constant, judged at the
+    /// centre and the corners.
+    fn has_single_minimum(&self, p: &Vec3, found: f64, slopes: &[Vec2; 5]) -> bool {
+        let off = |d: &SurfaceDerivs| ((d.s - p).norm_squared() - found).abs();
+        let even = self.samples.iter().all(|d| off(d) <= 1e-12 * found);
+        let clear = |k: usize| {
+            let of = slopes.iter().map(|slope| slope[k]);
+            let (low, high) =
+                (of.clone().fold(f64::INFINITY, f64::min), of.fold(f64::NEG_INFINITY, f64::max));
+            let margin = 0.25 * (high - low);
+            low > margin || high < -margin
+        };
+        even || clear(0) || clear(1)
     }
 
     fn quarters(&self) -> Vec<Self> {

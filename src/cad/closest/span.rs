@@ -44,14 +44,20 @@ impl Span {
     pub fn closest(&self, p: &Vec3) -> (f64, f64) {
         let [a, b] = self.curve.domain();
         let mut convex = true;
-        let (mut rising, mut falling) = (true, true);
-        for d in &self.samples {
+        let slopes = self.samples.map(|d| {
             let r = d.c - p;
             convex &= d.d1.norm_squared() + r.dot(&d.d2) > 0.0;
-            rising &= r.dot(&d.d1) > 0.0;
-            falling &= r.dot(&d.d1) < 0.0;
+            r.dot(&d.d1)
+        });
+        // The minimum of a convex distance that rises from the start, or falls to the end, is there.
+        let end = |k: usize| (self.samples[k].c - p).norm_squared();
+        match slopes {
+            [at_start, ..] if convex && at_start >= 0.0 => return (a, end(0)),
+            [.., at_end] if convex && at_end <= 0.0 => return (b, end(2)),
+            _ => {}
         }
-        if convex || rising || falling {
+        let single = convex || slopes.iter().all(|s| *s > 0.0) || slopes.iter().all(|s| *s < 0.0);
+        if single {
             return self.between(p, a, b);
         }
         let at = |k: u32| a + (b - a) * f64::from(k) / f64::from(SUBINTERVALS);
@@ -92,7 +98,11 @@ impl Span {
                 break;
             }
         }
-        let ends = [t, from, to].map(|t| (t, (self.curve.point(t) - p).norm_squared()));
+        let point = |t: f64| match [a, b].iter().position(|end| *end == t) {
+            Some(end) => self.samples[2 * end].c,
+            None => self.curve.point(t),
+        };
+        let ends = [t, from, to].map(|t| (t, (point(t) - p).norm_squared()));
         ends.into_iter().reduce(|x, y| if y.1 < x.1 { y } else { x }).unwrap_or((t, f64::INFINITY))
     }
 }

@@ -172,7 +172,7 @@ impl Examination<'_> {
         let tilted = r * (1.0 - self.smooth.cos());
         let permitted = self.accuracy + tilted.min(TILT_MAX_REL * self.distance.abs());
         let centre = p + n * (r * self.distance.signum());
-        let foot = self.search.closest_within(&centre, r - permitted)?;
+        let foot = self.search.closest_within(&centre, r - permitted, None)?;
         Ok(foot.map(|foot| (foot.face, foot.distance)))
     }
 }

@@ -118,6 +118,31 @@ fn inside_and_outside_are_those_of_the_circle_and_the_square() {
     assert!(!region.contains(Vec2::new(f64::NAN, 0.0)));
 }
 
+/// Points beside a cubic curve that is run through unevenly, down to four times the width of the border.
+#[test]
+fn inside_and_outside_are_told_beside_an_uneven_curve() {
+    let mut m = holed_square(20.0);
+    let corners = [Vec2::new(-40.0, -40.0), Vec2::new(40.0, 40.0)];
+    let control = vec![corners[0], Vec2::new(-39.0, 20.0), Vec2::new(-38.0, 35.0), corners[1]];
+    let knots = [[0.0; 4], [1.0; 4]].concat();
+    let curve = Curve2::try_new(3, knots, control, None).unwrap();
+    let below = Vec2::new(40.0, -40.0);
+    let side = |pcurve| EdgeUse { pcurve, edge: None, reversed: false };
+    let sides =
+        [Curve2::line(corners[0], below), Curve2::line(below, corners[1]), curve.reversed()];
+    m.faces[0].loops = vec![TrimLoop { uses: sides.into_iter().map(side).collect() }];
+    let region = TrimRegion::new(&m.faces[0]);
+    for k in 1..1000 {
+        let d = curve.derivs(f64::from(k) / 1000.0);
+        let outwards = Vec2::new(-d.d1.y, d.d1.x).normalize();
+        for off in [5e-7, 1e-5, 1e-3, 0.1] {
+            let [inside, outside] = [-off, off].map(|off| region.contains(d.c + outwards * off));
+            assert!(inside && !outside, "{k}, {off}: {inside} {outside}");
+        }
+        assert!(region.contains(d.c), "{k} on the border");
+    }
+}
+
 #[test]
 fn a_gap_between_border_curves_does_not_leak() {
     let mut m = holed_square(20.0);

@@ -16,18 +16,26 @@ pub(super) fn is_asked() -> bool {
     ASKED.get().is_some()
 }
 
-/// Sets the number of threads; default: the number of processors.
+/// Sets the number of threads; default: the number of processors. The calling thread is one of them: it takes part in parallel
+/// loops, and one thread alone waits for no other.
 ///
 /// # Errors
-/// Exit code 2 for a number out of range, or if the system cannot create the threads.
+/// Exit code 2 for a number out of range, or if the system cannot start the threads.
 pub(super) fn use_threads(asked: Option<usize>) -> Result<(), Failure> {
-    let Some(threads) = asked else { return Ok(()) };
+    let pool = rayon::ThreadPoolBuilder::new().use_current_thread();
+    let Some(threads) = asked else {
+        return pool.build_global().map_err(|e| {
+            Failure::input(format!(
+                "cannot start a thread for each processor: {e}; try --threads 1"
+            ))
+        });
+    };
     if !(1..=THREADS_MAX).contains(&threads) {
         return Err(Failure::input(format!(
             "--threads: found {threads}; allowed: 1 to {THREADS_MAX}"
         )));
     }
     ASKED.get_or_init(|| ());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    let pool = pool.num_threads(threads).build_global();
     pool.map_err(|e| Failure::input(format!("--threads {threads}: {e}; give fewer")))
 }

@@ -50,8 +50,8 @@ pub(super) fn minimax_shifts(
     };
     let residuals = |shifts: &[f64]| -> Vec<f64> { rows.iter().map(|r| r.error(shifts)).collect() };
     let mut matrix = NormalMatrix::of(&rows, directions.len());
+    let mut r = residuals(&shifts);
     for _ in 0..NEWTON_STEPS_MAX {
-        let r = residuals(&shifts);
         let scale = r.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         if scale < 1e-12 {
             break;
@@ -64,9 +64,14 @@ pub(super) fn minimax_shifts(
             (0..shifts.len()).map(|k| within(k, shifts[k] + length * step[k])).collect()
         };
         let before = power_sum(&r, scale);
-        let next = backtrack(at, |tried| power_sum(&residuals(tried), scale), before);
-        let Some((next, after)) = next else { break };
-        shifts = next;
+        let tried = |length: f64| {
+            let shifts = at(length);
+            let errors = residuals(&shifts);
+            let sum = power_sum(&errors, scale);
+            (sum, (shifts, errors))
+        };
+        let Some((after, next)) = backtrack(tried, before) else { break };
+        (shifts, r) = next;
         if (after / before).powf(1.0 / f64::from(ERROR_POWER)) > 1.0 - NORM_REDUCTION_MIN {
             break;
         }
@@ -96,25 +101,11 @@ fn power_sum(r: &[f64], scale: f64) -> f64 {
     r.iter().map(|x| (x / scale).powi(ERROR_POWER)).sum()
 }
 
-/// Backtracking line search: shifts at the first step length 1, 1/2, 1/4 ... with `value` below `now`, and that value.
-/// `None` below 1e-4.
-fn backtrack(
-    at: impl Fn(f64) -> Vec<f64>,
-    value: impl Fn(&[f64]) -> f64,
-    now: f64,
-) -> Option<(Vec<f64>, f64)> {
-    let mut length = 1.0;
-    loop {
-        let tried = at(length);
-        let found = value(&tried);
-        if found < now {
-            return Some((tried, found));
-        }
-        length *= 0.5;
-        if length < 1e-4 {
-            return None;
-        }
-    }
+/// Backtracking line search: value and state at the first step length 1, 1/2, 1/4 ... at which `tried` has a value below
+/// `now`. `None` below 1e-4.
+fn backtrack<S>(tried: impl Fn(f64) -> (f64, S), now: f64) -> Option<(f64, S)> {
+    let lengths = std::iter::successors(Some(1.0), |length| Some(0.5 * length));
+    lengths.take_while(|length| *length >= 1e-4).map(tried).find(|found| found.0 < now)
 }
 
 /// Sparse matrix `N' W N` with the diagonal weights `W = |r|^(P - 2)`, in compressed rows. Two directions couple when a

@@ -291,7 +291,7 @@ fn a_face_that_folds_is_refused_by_name() {
     };
     let found = to_tolerance(&model, &MappedOptions::default(), &ConvertOptions::default(), &goal);
     match found {
-        Err(ToleranceError::NoPatches { face: 0, source_entity }) => {
+        Err(ToleranceError::NoPatches { face: 0, source_entity, alone: false }) => {
             assert_eq!(source_entity, "folded strip")
         }
         Ok(found) => panic!("{} patches", found.tool.patches.len()),

@@ -103,7 +103,8 @@ impl Piece {
             if ends || depth >= SUBDIVISION_DEPTH_MAX || (part.high - part.low).norm() <= border {
                 return None;
             }
-            let [from, to] = chord.near(uv);
+            // Every second part is halved, so that a segment that is run through unevenly needs no more than twice the parts.
+            let [from, to] = if depth % 2 == 0 { chord.near(uv) } else { [0.0, 0.5] };
             let mut rest = points;
             if to < 1.0 {
                 divide(&mut points[..count], &mut rest[..count], to);
@@ -226,8 +227,8 @@ impl Chord {
     }
 
     /// Range of parameters at which the segment, if it is run through evenly, passes a point no further off than its control
-    /// points; a half of the parameters where that is no part of them. The rest is then outside its box, and the range
-    /// shrinks with the square of its length.
+    /// points; a half of the parameters where that is no part of them. The boxes of the other parts then do not have the point,
+    /// and the range shrinks with the square of its length. Elsewhere it is a guess: the parts are tested all the same.
     fn near(&self, uv: Vec2) -> [f64; 2] {
         let [a, b] = self.ends;
         let at = (b - a).dot(&(uv - a)) / (self.length * self.length);
@@ -263,10 +264,10 @@ const STRAIGHT_REL: f64 = 1e-12;
 /// Maximum number of control points of a segment: one more than the largest degree of a curve.
 const CONTROL_POINTS_MAX: usize = 26;
 /// Half of the range of parameters in which a segment may pass a point, over the distance of its control points from its chord
-/// over the length of that. A segment that is not run through evenly needs more divisions with half of it.
+/// over the length of that. With half of it points beside even segments need more divisions.
 const NEAR_RANGE: f64 = 4.0;
 /// Maximum subdivision depth of a segment before a point near it counts as on it.
-const SUBDIVISION_DEPTH_MAX: u32 = 48;
+const SUBDIVISION_DEPTH_MAX: u32 = 96;
 /// Width of the boundary zone relative to the size of the region.
 const BOUNDARY_WIDTH_REL: f64 = 1e-9;
 /// Area between a segment and its chord, over that of the bounding box of the loops, above which the segment is divided

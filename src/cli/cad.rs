@@ -59,7 +59,10 @@ enum Command {
 pub fn main() -> ExitCode {
     let arguments: Kanagata = color::parse();
     stop::listen();
-    if let Err(failure) = use_threads(arguments.threads) {
+    let command = &arguments.command;
+    let computes =
+        !matches!(command, Command::Schema(_) | Command::Completions(_) | Command::Man(_));
+    if let Err(failure) = use_threads(arguments.threads, computes) {
         return finish(Err(failure));
     }
     finish(match arguments.command {

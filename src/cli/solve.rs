@@ -45,7 +45,8 @@ pub(super) fn command() -> clap::Command {
 pub fn main() -> ExitCode {
     let arguments: Solve = color::parse();
     stop::listen();
-    if let Err(failure) = use_threads(arguments.threads) {
+    let computes = !matches!(arguments.command, Command::Status(_));
+    if let Err(failure) = use_threads(arguments.threads, computes) {
         return finish(Err(failure));
     }
     finish(match arguments.command {

@@ -17,16 +17,20 @@ pub(super) fn is_asked() -> bool {
 }
 
 /// Sets the number of threads; default: the number of processors. The calling thread is one of them: it takes part in parallel
-/// loops, and one thread alone waits for no other.
+/// loops, and one thread alone waits for no other. No other thread may start a parallel loop while this one waits for it. A command that
+/// computes nothing starts none.
 ///
 /// # Errors
 /// Exit code 2 for a number out of range, or if the system cannot start the threads.
-pub(super) fn use_threads(asked: Option<usize>) -> Result<(), Failure> {
+pub(super) fn use_threads(asked: Option<usize>, computes: bool) -> Result<(), Failure> {
     let pool = rayon::ThreadPoolBuilder::new().use_current_thread();
     let Some(threads) = asked else {
+        if !computes {
+            return Ok(());
+        }
         return pool.build_global().map_err(|e| {
             Failure::input(format!(
-                "cannot start a thread for each processor: {e}; try --threads 1"
+                "cannot start the threads of parallel loops: {e}; try --threads 1"
             ))
         });
     };

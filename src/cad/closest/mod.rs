@@ -196,11 +196,15 @@ impl<'m> ClosestPoint<'m> {
             self.try_span(ids[k as usize], &mut search);
             self.reach(&search)
         });
+        search.left = VISITS_MAX;
         search.inside.distance = self.reach(&search);
         tree.nearest(p, search.inside.distance, |k, _| {
             self.try_leaf(first + k, &mut search);
             if search.left == 0 { SEARCH_DONE } else { search.inside.distance }
         });
+        if search.inside.foot.is_none() {
+            search.inside.distance = f64::INFINITY;
+        }
         self.answer(&search, Some(face)).ok().flatten()
     }
 

@@ -17,6 +17,10 @@ use kanagata_geometry::{Aabb, Vec2, Vec3};
 const TURNING_MAX_RAD: f64 = 0.4;
 /// Maximum number of rectangles per span and direction.
 const RECTANGLES_PER_SPAN_MAX: usize = 16;
+/// Second derivatives of the squared distance, over those for a flat surface, from which on a rectangle is convex without a
+/// search: a point is then nearer than half of a radius of curvature, as those on a patch are. With 0 the samples alone decide,
+/// and rectangles near a centre of curvature too.
+pub(super) const CONVEXITY_MIN: f64 = 0.5;
 /// Maximum subdivision depth of a rectangle that may contain several local minima.
 const SUBDIVISION_DEPTH_MAX: u32 = 4;
 
@@ -155,10 +159,11 @@ impl Piece {
             return false;
         }
         let slopes = self.slopes(p);
-        let convex = self.is_convex(p);
-        let corner = if convex { self.lowest_corner(p, &slopes) } else { None };
+        let surely = self.is_convex(p, CONVEXITY_MIN);
+        let corner = if surely { self.lowest_corner(p, &slopes) } else { None };
         let (uv, distance) = corner.unwrap_or_else(|| self.descend(p));
         best.take(self.face, uv, distance, || !self.crosses || region.contains(uv));
+        let convex = surely || self.is_convex(p, 0.0);
         !convex && !self.has_single_minimum(p, distance, &slopes)
     }
 
@@ -166,17 +171,19 @@ impl Piece {
     /// is closer.
     fn has_no_other(&self, p: &Vec3, (face, uv): (u32, Vec2)) -> bool {
         let inside = (0..2).all(|k| self.low[k] <= uv[k] && uv[k] <= self.high[k]);
-        face == self.face && inside && self.is_convex(p)
+        face == self.face && inside && self.is_convex(p, CONVEXITY_MIN)
     }
 
-    /// True when the squared distance is convex over the rectangle, judged at the centre and the corners.
-    fn is_convex(&self, p: &Vec3) -> bool {
+    /// True when the squared distance is convex over the rectangle, judged at the centre and the corners: its second derivatives
+    /// exceed `least` times those for a flat surface.
+    fn is_convex(&self, p: &Vec3, least: f64) -> bool {
+        let flat = 1.0 - least;
         self.samples.iter().all(|d| {
             let r = d.s - p;
             let (a, b, c) = (
-                d.su.norm_squared() + r.dot(&d.suu),
-                d.su.dot(&d.sv) + r.dot(&d.suv),
-                d.sv.norm_squared() + r.dot(&d.svv),
+                flat * d.su.norm_squared() + r.dot(&d.suu),
+                flat * d.su.dot(&d.sv) + r.dot(&d.suv),
+                flat * d.sv.norm_squared() + r.dot(&d.svv),
             );
             a > 0.0 && a * c > b * b
         })

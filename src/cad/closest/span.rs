@@ -1,6 +1,6 @@
 //! Short pieces of edge curves with point projection.
 
-use super::piece::polygon_turning;
+use super::piece::{CONVEXITY_MIN, polygon_turning};
 use kanagata_geometry::nurbs::{Curve3, CurveDerivs};
 use kanagata_geometry::{Aabb, Vec3};
 
@@ -43,17 +43,19 @@ impl Span {
     /// Closest point: parameter and squared distance [mm^2].
     pub fn closest(&self, p: &Vec3) -> (f64, f64) {
         let [a, b] = self.curve.domain();
-        let mut convex = true;
+        let (mut convex, mut surely) = (true, true);
         let slopes = self.samples.map(|d| {
             let r = d.c - p;
-            convex &= d.d1.norm_squared() + r.dot(&d.d2) > 0.0;
+            let (flat, bend) = (d.d1.norm_squared(), r.dot(&d.d2));
+            convex &= flat + bend > 0.0;
+            surely &= (1.0 - CONVEXITY_MIN) * flat + bend > 0.0;
             r.dot(&d.d1)
         });
         // The minimum of a convex distance that rises from the start, or falls to the end, is there.
         let end = |k: usize| (self.samples[k].c - p).norm_squared();
         match slopes {
-            [at_start, ..] if convex && at_start >= 0.0 => return (a, end(0)),
-            [.., at_end] if convex && at_end <= 0.0 => return (b, end(2)),
+            [at_start, ..] if surely && at_start >= 0.0 => return (a, end(0)),
+            [.., at_end] if surely && at_end <= 0.0 => return (b, end(2)),
             _ => {}
         }
         let single = convex || slopes.iter().all(|s| *s > 0.0) || slopes.iter().all(|s| *s < 0.0);

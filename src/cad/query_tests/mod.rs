@@ -118,29 +118,65 @@ fn inside_and_outside_are_those_of_the_circle_and_the_square() {
     assert!(!region.contains(Vec2::new(f64::NAN, 0.0)));
 }
 
-/// Points beside a cubic curve that is run through unevenly, down to four times the width of the border.
+/// Points beside cubic curves that are run through unevenly, one bent and one nearly straight, down to four times the width of
+/// the border.
 #[test]
-fn inside_and_outside_are_told_beside_an_uneven_curve() {
-    let mut m = holed_square(20.0);
+fn inside_and_outside_are_told_beside_uneven_curves() {
     let corners = [Vec2::new(-40.0, -40.0), Vec2::new(40.0, 40.0)];
-    let control = vec![corners[0], Vec2::new(-39.0, 20.0), Vec2::new(-38.0, 35.0), corners[1]];
-    let knots = [[0.0; 4], [1.0; 4]].concat();
-    let curve = Curve2::try_new(3, knots, control, None).unwrap();
-    let below = Vec2::new(40.0, -40.0);
-    let side = |pcurve| EdgeUse { pcurve, edge: None, reversed: false };
-    let sides =
-        [Curve2::line(corners[0], below), Curve2::line(below, corners[1]), curve.reversed()];
-    m.faces[0].loops = vec![TrimLoop { uses: sides.into_iter().map(side).collect() }];
-    let region = TrimRegion::new(&m.faces[0]);
-    for k in 1..1000 {
-        let d = curve.derivs(f64::from(k) / 1000.0);
-        let outwards = Vec2::new(-d.d1.y, d.d1.x).normalize();
-        for off in [5e-7, 1e-5, 1e-3, 0.1] {
-            let [inside, outside] = [-off, off].map(|off| region.contains(d.c + outwards * off));
-            assert!(inside && !outside, "{k}, {off}: {inside} {outside}");
+    let bent = [Vec2::new(-39.0, 20.0), Vec2::new(-38.0, 35.0)];
+    let straight = [Vec2::new(-39.76, -39.75), Vec2::new(-39.52, -39.50)];
+    for inner in [bent, straight] {
+        let mut m = holed_square(20.0);
+        let control = vec![corners[0], inner[0], inner[1], corners[1]];
+        let knots = [[0.0; 4], [1.0; 4]].concat();
+        let curve = Curve2::try_new(3, knots, control, None).unwrap();
+        let below = Vec2::new(40.0, -40.0);
+        let side = |pcurve| EdgeUse { pcurve, edge: None, reversed: false };
+        let lines = [Curve2::line(corners[0], below), Curve2::line(below, corners[1])];
+        let uses = lines.into_iter().chain([curve.reversed()]).map(side).collect();
+        m.faces[0].loops = vec![TrimLoop { uses }];
+        let region = TrimRegion::new(&m.faces[0]);
+        for k in 10..1000 {
+            let d = curve.derivs(f64::from(k) / 1000.0);
+            let outwards = Vec2::new(-d.d1.y, d.d1.x).normalize();
+            for off in [5e-7, 1e-5, 1e-3, 0.01] {
+                let [inside, outside] =
+                    [-off, off].map(|off| region.contains(d.c + outwards * off));
+                assert!(inside && !outside, "{k}, {off}: {inside} {outside}");
+            }
+            assert!(region.contains(d.c), "{k} on the border");
         }
-        assert!(region.contains(d.c), "{k} on the border");
     }
+}
+
+/// A search of points that are closer than a known foot point finds what a search without it finds, also far off the face.
+#[test]
+fn a_known_foot_point_hides_no_closer_one() {
+    let mut closer = 0;
+    for model in [wavy(3), wavy(8), fillet(40.0, 7.0), sphere(9.0)] {
+        let index = ClosestPoint::new(&model);
+        let size = model.bbox().diagonal();
+        for (k, (uv, at)) in grid(&model.faces[0], 24).into_iter().enumerate() {
+            let Some(normal) = model.faces[0].normal(uv) else { continue };
+            let p = at + normal * size * [0.001, -0.02, 0.2, -0.6][k % 4];
+            let start = uv + Vec2::new(1e-3, -1e-3);
+            let (known, d) = model.faces[0].surface.closest_locally(&p, start);
+            let offset = d.s - p;
+            let stationary =
+                [d.su, d.sv].iter().all(|t| offset.dot(t).abs() <= 1e-6 * t.norm() * offset.norm());
+            if !stationary || !TrimRegion::new(&model.faces[0]).contains(known) {
+                continue;
+            }
+            let distance = (d.s - p).norm() - 1e-9;
+            let with = index.closest_within(&p, distance, Some((0, known))).unwrap();
+            let without = index.closest_within(&p, distance, None).unwrap();
+            let [with, without] = [with, without].map(|foot| foot.map(|foot| foot.distance));
+            let apart = (with.unwrap_or(distance) - without.unwrap_or(distance)).abs();
+            assert!(apart <= 1e-8 * size, "{k} {p:?}: {with:?} {without:?}");
+            closer += usize::from(without.is_some());
+        }
+    }
+    assert!(closer > 100, "{closer}");
 }
 
 #[test]

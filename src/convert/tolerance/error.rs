@@ -56,6 +56,8 @@ pub enum ToleranceError {
         face: usize,
         /// Its entity in the CAD file.
         source_entity: String,
+        /// The face alone has valid patches; those of the complete model fold.
+        alone: bool,
     },
     /// Gap between the borders of independently divided faces.
     #[error(

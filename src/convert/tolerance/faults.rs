@@ -46,7 +46,8 @@ impl ErrorContext<'_> {
         let (mm, deg) = state.errors(worst);
         if !mm.is_finite() {
             let source_entity = self.model.faces[worst].source.clone();
-            return ToleranceError::NoPatches { face: worst + self.first as usize, source_entity };
+            let face = worst + self.first as usize;
+            return ToleranceError::NoPatches { face, source_entity, alone: false };
         }
         let free = state.edge_deviations(worst).iter().filter(|d| self.free_edges[d.0]);
         let border = (free.map(|d| d.1).fold(0.0, f64::max), None);
@@ -99,7 +100,7 @@ impl ErrorContext<'_> {
         let length = errors.shape.0.max(errors.border.0);
         if length <= goal.tol_mm && errors.normal_deg <= goal.normal_deg {
             let source_entity = self.model.faces[of].source.clone();
-            return ToleranceError::NoPatches { face: worst, source_entity };
+            return ToleranceError::NoPatches { face: worst, source_entity, alone: true };
         }
         self.not_reached(goal, of, &errors, refined.tool.patches.len())
     }

@@ -49,6 +49,7 @@ use kanagata_cad::Model;
 use kanagata_mesh::mapped::MappedOptions;
 
 use super::ConvertOptions;
+use closest::{goal_ratio, is_valid};
 use face_error::FaceEvaluator;
 use independent_borders::with_independent_faces;
 use scope::Scope;
@@ -106,19 +107,19 @@ pub fn to_tolerance_in_time(
 /// One file of the corpus needs a quarter and has two patches more with it; with a half it folds still.
 const UNFOLDED_SHARES: [f64; 3] = [0.5, 0.25, 0.125];
 
-/// The model of [`searched`], of a smaller tolerance where its complete audit finds folds.
+/// The model of [`searched`], of a smaller tolerance where its complete audit finds folds and the work allows it.
 fn without_folds(scope: &Scope<'_>, goal: &Goal) -> Result<Refined, ToleranceError> {
     let found = searched(scope, goal)?;
-    if found.audit.folded.is_empty() {
+    if found.audit.folded.is_empty() || !goal.tol_mm.is_finite() {
         return Ok(found);
     }
-    let again = UNFOLDED_SHARES.iter().find_map(|share| {
-        let other = searched(scope, &Goal { tol_mm: share * goal.tol_mm, ..*goal }).ok()?;
-        other.audit.folded.is_empty().then_some(other)
-    });
+    let finer = UNFOLDED_SHARES.map(|share| Goal { tol_mm: share * goal.tol_mm, ..*goal });
+    let within = |other: &Refined| is_valid(other) && goal_ratio(other, goal) <= 1.0;
+    let allowed = finer.iter().take_while(|_| !scope.budget.is_exhausted());
+    let again = allowed.filter_map(|goal| searched(scope, goal).ok()).find(within);
     let Some(mut unfolded) = again else { return Ok(found) };
     unfolded.audit.tolerance_mm = found.audit.tolerance_mm;
-    scope.with_full_audit(unfolded)
+    scope.with_full_audit(unfolded).or(Ok(found))
 }
 
 /// The model with the fewest patches of all searches in a scope.
@@ -143,7 +144,8 @@ fn searched(scope: &Scope<'_>, goal: &Goal) -> Result<Refined, ToleranceError> {
         };
     }
     let most = match &refined {
-        Err(ToleranceError::NoPatches { .. }) => uniform::REPAIRED_PATCHES_MAX,
+        Err(ToleranceError::NoPatches { alone: false, .. }) => uniform::REPAIRED_PATCHES_MAX
+            .max(uniform::REPAIRED_PATCHES_PER_FACE * scope.plan.model().faces.len()),
         _ => uniform::UNIFORM_PATCHES_MAX,
     };
     let limit = refined.as_ref().map_or(most, |found| found.tool.patches.len());

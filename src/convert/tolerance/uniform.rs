@@ -19,9 +19,11 @@ type Converter<'a> = &'a dyn Fn() -> Option<Converted>;
 const ARC_DIVISIONS_MAX: usize = 128;
 /// Maximum number of patches of a uniform mesh when the search found no model.
 pub(super) const UNIFORM_PATCHES_MAX: usize = 4000;
-/// The same where the search has no patches at all for a face: its folds are repaired in every mesh, mostly in vain. With eight
+/// The same where the search has no valid patches of a face: its folds are repaired in every mesh, mostly in vain. With eight
 /// times as many, two files with surfaces that fold themselves are refused after 65 s instead of 36 and 47 s.
 pub(super) const REPAIRED_PATCHES_MAX: usize = 500;
+/// Allowance for each face, so that coarse meshes of many faces are tried too.
+pub(super) const REPAIRED_PATCHES_PER_FACE: usize = 8;
 /// Ratio of error to tolerance up to which the vertex motion is tried.
 const BALANCE_RATIO_MAX: f64 = 2.0;
 /// Ratio of error to tolerance above which coarser meshes are not tried.

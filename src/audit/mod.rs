@@ -109,22 +109,13 @@ pub fn audit_from(
     let probe = |((patch, &face), &start)| Probe { patch, face, reference, sign, start };
     let probes: Vec<Probe<'_, _>> =
         tool.patches.iter().zip(&tool.faces).zip(&starts).map(probe).collect();
-    let stage = options.progress.stage("audit, points", "patches", probes.len() as u64);
-    let sampled = |probe| {
-        let samples = PatchSamples::new(probe, options.samples);
-        stage.add(1);
-        samples
-    };
-    let samples: Vec<PatchSamples> = probes.par_iter().map(sampled).collect();
-    if let Some(patch) = samples.iter().position(|s| s.valid().next().is_none()) {
-        return Err(AuditError::Incomparable { patch });
-    }
+    let samples = compared(&probes, options)?;
     let extremes = refine::extremes(&probes, &samples, options);
     let _stage = options.progress.stage("audit, borders", "", 0);
     let (jumps, free) = jumps::find(tool, reference, options.samples);
-    let compared =
+    let borders =
         options.borders.then(|| borders::compare(tool, reference, &free, options.samples));
-    let borders = compared.flatten().unwrap_or_default();
+    let borders = borders.flatten().unwrap_or_default();
     let mut report = summary::report(
         &summary::Found { tool, samples: &samples, extremes, jumps, borders, sign },
         options,
@@ -137,6 +128,27 @@ pub fn audit_from(
     }
     report.doubts = doubts(&report);
     Ok(Audit { report, samples })
+}
+
+/// The points of every patch on its grid, compared with the reference.
+///
+/// # Errors
+/// [`AuditError::Incomparable`] for a patch without a point that can be compared.
+fn compared<R: ReferenceSurface>(
+    probes: &[Probe<'_, R>],
+    options: &AuditOptions,
+) -> Result<Vec<PatchSamples>, AuditError> {
+    let stage = options.progress.stage("audit, points", "patches", probes.len() as u64);
+    let sampled = |probe| {
+        let samples = PatchSamples::new(probe, options.samples);
+        stage.add(1);
+        samples
+    };
+    let samples: Vec<PatchSamples> = probes.par_iter().map(sampled).collect();
+    match samples.iter().position(|s| s.valid().next().is_none()) {
+        Some(patch) => Err(AuditError::Incomparable { patch }),
+        None => Ok(samples),
+    }
 }
 
 /// Deviation of the free borders of a tool from those of its CAD at `samples` intervals per side, at least 16; `None`

@@ -46,8 +46,7 @@ impl Piece {
         self.chord.ends[1]
     }
 
-    /// Appends the parts of the segment whose control points and chord span at most `area`: points elsewhere need no
-    /// further subdivision.
+    /// Appends the parts of the segment, each with at most `area` between its control points and its chord.
     fn divide_to(self, area: f64, depth: u32, out: &mut Vec<Self>) {
         if depth == 0 || self.chord.widest * self.chord.length <= area {
             out.push(self);
@@ -99,11 +98,11 @@ impl Piece {
                 winding += crossings;
                 continue;
             }
-            let ends = chord.widest <= border && chord.is_beside(uv, border);
-            if ends || depth >= SUBDIVISION_DEPTH_MAX || (part.high - part.low).norm() <= border {
+            let on_it = chord.widest <= border && chord.is_beside(uv, border);
+            if on_it || depth >= SUBDIVISION_DEPTH_MAX || (part.high - part.low).norm() <= border {
                 return None;
             }
-            // Every second part is halved, so that a segment that is run through unevenly needs no more than twice the parts.
+            // Where the speed along a segment varies, the range may miss the point; every second part is halved.
             let [from, to] = if depth % 2 == 0 { chord.near(uv) } else { [0.0, 0.5] };
             let mut rest = points;
             if to < 1.0 {
@@ -226,9 +225,9 @@ impl Chord {
             && along <= self.length + border
     }
 
-    /// Range of parameters at which the segment, if it is run through evenly, passes a point no further off than its control
-    /// points; a half of the parameters where that is no part of them. The boxes of the other parts then do not have the point,
-    /// and the range shrinks with the square of its length. Elsewhere it is a guess: the parts are tested all the same.
+    /// Parameters at which a segment of even speed passes a point that is no further off than its control points; their first
+    /// half where that is most of them. For even speed the point is outside the boxes of the other parts, and the range shrinks
+    /// with the square of its length. Otherwise it is a guess, and the other parts decide.
     fn near(&self, uv: Vec2) -> [f64; 2] {
         let [a, b] = self.ends;
         let at = (b - a).dot(&(uv - a)) / (self.length * self.length);
@@ -264,14 +263,15 @@ const STRAIGHT_REL: f64 = 1e-12;
 /// Maximum number of control points of a segment: one more than the largest degree of a curve.
 const CONTROL_POINTS_MAX: usize = 26;
 /// Half of the range of parameters in which a segment may pass a point, over the distance of its control points from its chord
-/// over the length of that. With half of it points beside even segments need more divisions.
+/// over the length of that. Doubled: the range shrinks to four times the length.
 const NEAR_RANGE: f64 = 4.0;
 /// Maximum subdivision depth of a segment before a point near it counts as on it.
 const SUBDIVISION_DEPTH_MAX: u32 = 96;
 /// Width of the boundary zone relative to the size of the region.
 const BOUNDARY_WIDTH_REL: f64 = 1e-9;
 /// Area between a segment and its chord, over that of the bounding box of the loops, above which the segment is divided
-/// once for all tests: a point in it needs a division in each. Halved: an eighth more parts.
+/// once for all tests: a point in it needs a division in each. Halved: a quarter more parts, as their area falls with the cube of
+/// their length.
 const CHORD_AREA_REL: f64 = 1e-3;
 /// Maximum number of halvings of a segment for that.
 const HALVINGS_MAX: u32 = 5;

@@ -6,7 +6,7 @@ use kanagata_geometry::Vec2;
 pub(super) struct Best {
     pub distance: f64,
     pub foot: Option<(u32, Vec2)>,
-    /// Face and parameters of a foot point that is known: a local minimum of the distance, of which closer ones are searched.
+    /// Face and parameters of a known foot point, a local minimum of the distance; the search is for closer points.
     pub known: Option<(u32, Vec2)>,
 }
 

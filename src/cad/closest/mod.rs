@@ -133,8 +133,8 @@ impl<'m> ClosestPoint<'m> {
         self.nearest(Search::new(p)).ok().flatten()
     }
 
-    /// As [`Self::closest`], restricted to distances below `distance` [mm]. `known`: face and parameters of a foot point of
-    /// which closer ones are searched, if there is one, a local minimum of the distance inside the face.
+    /// As [`Self::closest`], restricted to distances below `distance` [mm]. `known`: face and parameters of a known foot
+    /// point, a local minimum of the distance inside the face. The parts of the face around it are not searched again.
     ///
     /// # Errors
     /// [`WorkLimitReached`] when the query exceeds its work limit.

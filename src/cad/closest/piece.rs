@@ -17,9 +17,9 @@ use kanagata_geometry::{Aabb, Vec2, Vec3};
 const TURNING_MAX_RAD: f64 = 0.4;
 /// Maximum number of rectangles per span and direction.
 const RECTANGLES_PER_SPAN_MAX: usize = 16;
-/// Second derivatives of the squared distance, over those for a flat surface, from which on a rectangle is convex without a
-/// search: a point is then nearer than half of a radius of curvature, as those on a patch are. With 0 the samples alone decide,
-/// and rectangles near a centre of curvature too.
+/// Second derivatives of the squared distance, over those for a flat surface, from which on it counts as strongly convex. A point
+/// is then nearer than half of a radius of curvature, as those on a patch are. With 0 rectangles near a centre of curvature
+/// count too, where curvature between the samples decides.
 pub(super) const CONVEXITY_MIN: f64 = 0.5;
 /// Maximum subdivision depth of a rectangle that may contain several local minima.
 const SUBDIVISION_DEPTH_MAX: u32 = 4;
@@ -159,11 +159,11 @@ impl Piece {
             return false;
         }
         let slopes = self.slopes(p);
-        let surely = self.is_convex(p, CONVEXITY_MIN);
-        let corner = if surely { self.lowest_corner(p, &slopes) } else { None };
+        let strongly = self.is_convex(p, CONVEXITY_MIN);
+        let corner = if strongly { self.lowest_corner(p, &slopes) } else { None };
         let (uv, distance) = corner.unwrap_or_else(|| self.descend(p));
         best.take(self.face, uv, distance, || !self.crosses || region.contains(uv));
-        let convex = surely || self.is_convex(p, 0.0);
+        let convex = strongly || self.is_convex(p, 0.0);
         !convex && !self.has_single_minimum(p, distance, &slopes)
     }
 

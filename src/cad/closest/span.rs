@@ -43,19 +43,19 @@ impl Span {
     /// Closest point: parameter and squared distance [mm^2].
     pub fn closest(&self, p: &Vec3) -> (f64, f64) {
         let [a, b] = self.curve.domain();
-        let (mut convex, mut surely) = (true, true);
+        let (mut convex, mut strongly) = (true, true);
         let slopes = self.samples.map(|d| {
             let r = d.c - p;
             let (flat, bend) = (d.d1.norm_squared(), r.dot(&d.d2));
             convex &= flat + bend > 0.0;
-            surely &= (1.0 - CONVEXITY_MIN) * flat + bend > 0.0;
+            strongly &= (1.0 - CONVEXITY_MIN) * flat + bend > 0.0;
             r.dot(&d.d1)
         });
-        // The minimum of a convex distance that rises from the start, or falls to the end, is there.
+        // The minimum of a strongly convex distance that rises from the start, or falls to the end, is there.
         let end = |k: usize| (self.samples[k].c - p).norm_squared();
         match slopes {
-            [at_start, ..] if surely && at_start >= 0.0 => return (a, end(0)),
-            [.., at_end] if surely && at_end <= 0.0 => return (b, end(2)),
+            [at_start, ..] if strongly && at_start >= 0.0 => return (a, end(0)),
+            [.., at_end] if strongly && at_end <= 0.0 => return (b, end(2)),
             _ => {}
         }
         let single = convex || slopes.iter().all(|s| *s > 0.0) || slopes.iter().all(|s| *s < 0.0);

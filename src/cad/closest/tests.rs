@@ -1,6 +1,7 @@
 //! Tests of closest points.
 
 use super::*;
+use crate::query_tests::shapes::{fillet, sphere, wavy};
 use std::path::Path;
 
 fn model(name: &str) -> Model {
@@ -98,4 +99,34 @@ fn edges_without_faces_hide_no_border() {
             own.distance
         );
     }
+}
+
+/// A search for points closer than a known foot point finds what a search without it finds, far off the face too.
+#[test]
+fn a_known_foot_point_hides_no_closer_one() {
+    let mut closer = 0;
+    for model in [wavy(3), wavy(8), fillet(40.0, 7.0), sphere(9.0)] {
+        let index = ClosestPoint::new(&model);
+        let size = model.bbox().diagonal();
+        for (k, (_, uv, at)) in samples(&model, 24).into_iter().enumerate() {
+            let Some(normal) = model.faces[0].normal(uv) else { continue };
+            let p = at + normal * size * [0.001, -0.02, 0.2, -0.6][k % 4];
+            let start = uv + Vec2::new(1e-3, -1e-3);
+            let (known, d) = model.faces[0].surface.closest_locally(&p, start);
+            let offset = d.s - p;
+            let stationary =
+                [d.su, d.sv].iter().all(|t| offset.dot(t).abs() <= 1e-6 * t.norm() * offset.norm());
+            if !stationary || !TrimRegion::new(&model.faces[0]).contains(known) {
+                continue;
+            }
+            let distance = (d.s - p).norm() - 1e-9;
+            let with = index.closest_within(&p, distance, Some((0, known))).unwrap();
+            let without = index.closest_within(&p, distance, None).unwrap();
+            let [with, without] = [with, without].map(|foot| foot.map(|foot| foot.distance));
+            let apart = (with.unwrap_or(distance) - without.unwrap_or(distance)).abs();
+            assert!(apart <= 1e-8 * size, "{k} {p:?}: {with:?} {without:?}");
+            closer += usize::from(without.is_some());
+        }
+    }
+    assert!(closer > 100, "{closer}");
 }

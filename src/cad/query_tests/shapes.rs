@@ -129,7 +129,7 @@ pub(super) fn cone(r: f64, h: f64) -> Model {
 }
 
 /// Fillet of radius `r` between a plane and a cylinder of radius `big`, a quarter of a revolution.
-pub(super) fn fillet(big: f64, r: f64) -> Model {
+pub(crate) fn fillet(big: f64, r: f64) -> Model {
     whole(turned(&arc(big + r, 0.0, r, FRAC_PI_2, PI), [0.0, FRAC_PI_2]))
 }
 
@@ -176,7 +176,7 @@ pub(crate) fn joined(models: Vec<Model>) -> Model {
 }
 
 /// A wavy bicubic rational surface with interior knots.
-pub(super) fn wavy(seed: u64) -> Model {
+pub(crate) fn wavy(seed: u64) -> Model {
     let mut s = seed;
     let knots = |n: usize| {
         let mut k = vec![0.0; 4];

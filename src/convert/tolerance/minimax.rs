@@ -60,15 +60,12 @@ pub(super) fn minimax_shifts(
         let leaves = |k: usize, step: f64| step != 0.0 && within(k, shifts[k] + step) == shifts[k];
         let right = matrix.assemble(&rows, &r, scale);
         let step = bounded_step(&mut matrix, &right, leaves);
-        let at = |length: f64| -> Vec<f64> {
-            (0..shifts.len()).map(|k| within(k, shifts[k] + length * step[k])).collect()
-        };
         let before = power_sum(&r, scale);
         let tried = |length: f64| {
-            let shifts = at(length);
-            let errors = residuals(&shifts);
-            let sum = power_sum(&errors, scale);
-            (sum, (shifts, errors))
+            let at = |k: usize| within(k, shifts[k] + length * step[k]);
+            let next: Vec<f64> = (0..shifts.len()).map(at).collect();
+            let errors = residuals(&next);
+            (power_sum(&errors, scale), (next, errors))
         };
         let Some((after, next)) = backtrack(tried, before) else { break };
         (shifts, r) = next;
